@@ -1,0 +1,1 @@
+"""Close, and diagnose, the gap between simulated and real robots that see."""

@@ -1,0 +1,18 @@
+"""The one exception for mistakes of the user's, which scripts print as one line with exit code 2."""
+
+import difflib
+from collections.abc import Iterable
+
+
+class UserError(Exception):
+    """Bad input. The message is one line: what is wrong, where, and what was expected."""
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """The known name closest to `name`, as a ready clause for an error message.
+
+    Returns "did you mean 'x'?" where something is close, else "known: a, b, c".
+    """
+    names = sorted(known)
+    close = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    return f"did you mean '{close[0]}'?" if close else f"known: {', '.join(names)}"
