@@ -1,0 +1,15 @@
+"""The one training loop and its checkpoints.
+
+In: a `Method` (networks, optimisers, a step, a validation), views to train and validate on, a
+`TrainingConfig`. Out: a folder with `best.safetensors` (released checkpoint), `last.pt` (what the run resumes
+from), `pictures/*.png` and TensorBoard logs.
+
+    result = train(partial(MyMethod, cfg), train_views, validation_views, cfg.training, out, seed)
+    checkpoint = checkpoint.load(result.best, "my_kind");  checkpoint.restore("network", network)
+"""
+
+from vision_s2r.training.config import TrainingConfig
+from vision_s2r.training.data import Draw, ViewSource
+from vision_s2r.training.method import Batch, Method, Step, adamw, frozen
+
+__all__ = ["Batch", "Draw", "Method", "Step", "TrainingConfig", "ViewSource", "adamw", "frozen"]

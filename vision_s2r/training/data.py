@@ -1,0 +1,74 @@
+"""What a run reads, and which of it each step and process gets.
+
+The data of a step is a function of (seed, step, rank) alone, so a run resumes exactly. The ranks' parts of a
+step together are the batch that a single process would get, so more processes change the speed, not the result.
+"""
+
+from collections.abc import Set
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+import torch
+
+
+class ViewSource(Protocol):
+    """Paired views of rendered scenes, as `vision_s2r.render.Views` reads them from disk."""
+
+    @property
+    def size(self) -> int:
+        """Height and width of the canonical picture, pixels."""
+
+    @property
+    def margin(self) -> int:
+        """Pixels by which randomised and real pictures are wider on each side."""
+
+    @property
+    def names(self) -> Set[str]:
+        """Tensors there are."""
+
+    def __len__(self) -> int:
+        """Number of scenes."""
+
+    def batch(self, name: str, indices: torch.Tensor) -> torch.Tensor:
+        """Tensor `name` of the scenes `indices` (int64 [B]) on the CPU: [B, ...]."""
+
+
+def generator(*key: int) -> torch.Generator:
+    """A CPU generator that is a function of the whole numbers `key` (0 or more) alone."""
+    state = int(np.random.SeedSequence(key).generate_state(1, np.uint64)[0])
+    return torch.Generator().manual_seed(state)
+
+
+# First words of the keys of `generator`: streams that never meet.
+ORDER, DRAW, STEP, VALIDATION = range(4)
+
+
+@lru_cache(maxsize=4)
+def _order(seed: int, epoch: int, length: int) -> torch.Tensor:
+    """int64 [length]: the order of the scenes in an epoch."""
+    return torch.randperm(length, generator=generator(ORDER, seed, epoch))
+
+
+class Draw:
+    """What chance gives a rank's samples of one step, as the rank's slice of what it gives the whole batch.
+
+    `indices`: int64 [B], scenes of this rank's part; a scene comes once an epoch, in a new order each time.
+    """
+
+    def __init__(self, seed: int, step: int, length: int, batch_size: int, rank: int = 0, world: int = 1):
+        """`length` scenes, of which a step takes `batch_size` over all `world` ranks."""
+        self._generator = generator(DRAW, seed, step)
+        self._batch_size = batch_size
+        part = batch_size // world
+        self._slice = slice(rank * part, (rank + 1) * part)
+        positions = range(step * batch_size, (step + 1) * batch_size)[self._slice]
+        self.indices = torch.stack([_order(seed, p // length, length)[p % length] for p in positions])
+
+    def integers(self, high: int) -> torch.Tensor:
+        """int64 [B] in [0, high): for instance which of a scene's pictures or grasps to take."""
+        return torch.randint(high, (self._batch_size,), generator=self._generator)[self._slice]
+
+    def uniform(self, *shape: int) -> torch.Tensor:
+        """float32 [B, *shape] in [0, 1)."""
+        return torch.rand(self._batch_size, *shape, generator=self._generator)[self._slice]
