@@ -1,0 +1,98 @@
+"""What every script does around its task: compose a typed configuration, report mistakes in one line.
+
+Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
+"""
+
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import hydra
+from hydra.errors import HydraException, MissingConfigException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from vision_s2r.errors import UserError, nearest
+
+CONFIGS = Path(__file__).resolve().parents[1] / "configs"
+Schema = TypeVar("Schema")
+
+
+def main(task: Callable[[Schema], Any], schema: type[Schema], name: str = "config") -> None:
+    """Run `task` with configs/NAME.yaml, the command line's overrides on top, as an instance of `schema`."""
+
+    @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
+    def run(cfg: DictConfig) -> None:
+        _or_exit(lambda: task(typed(cfg, schema)))
+
+    if not any(argument.startswith("-") for argument in sys.argv[1:]):  # Hydra's own flags: a sweep, --help …
+        _or_exit(lambda: compose(schema, name, sys.argv[1:]))
+    run()
+
+
+def compose(schema: type[Schema], name: str = "config", overrides: list[str] | None = None) -> Schema:
+    """The typed configuration that a script would get from these overrides.
+
+    Raises UserError for a mistyped key, group or value, with the nearest valid one.
+    """
+    with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        try:
+            cfg = hydra.compose(name, overrides or [])
+        except MissingConfigException as error:
+            raise UserError(_missing(error)) from error
+        except (HydraException, OmegaConfBaseException) as error:
+            raise UserError(_explain(str(error), hydra.compose(name))) from error
+    return typed(cfg, schema)
+
+
+def typed(cfg: DictConfig, schema: type[Schema]) -> Schema:
+    """Check a composed configuration against the schema. Raises UserError for unknown keys and wrong types."""
+    try:
+        merged = OmegaConf.merge(OmegaConf.structured(schema), cfg)
+        return OmegaConf.to_object(merged)  # type: ignore[return-value]
+    except OmegaConfBaseException as error:
+        key = getattr(error, "full_key", None)
+        raise UserError(f"configuration key '{key}': {_first_line(error)}") from error
+
+
+def _or_exit(task: Callable[[], Any]) -> None:
+    try:
+        task()
+    except UserError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)
+    except KeyboardInterrupt:
+        print("interrupted: the same command goes on where it stopped", file=sys.stderr)
+        sys.exit(130)
+
+
+def _explain(message: str, base: DictConfig) -> str:
+    """Name the nearest valid key for an override that Hydra would not take."""
+    found = re.search(r"(?:Could not override '|full_key: |In '.*?': Could not find ')([\w./]+)", message)
+    if not found:
+        return " ".join(message.split())
+    keys = _keys(OmegaConf.to_container(base))
+    key = found[1]
+    if key in keys:
+        return f"configuration key '{key}': {message.splitlines()[0]}"
+    return f"unknown configuration key '{key}': {nearest(key, keys)}"
+
+
+def _missing(error: MissingConfigException) -> str:
+    group, _, choice = (error.missing_cfg_file or "").rpartition("/")
+    options = [path.stem for path in (CONFIGS / group).glob("*.yaml")]
+    if not options:
+        return " ".join(str(error).split())
+    return f"no configuration '{choice}' in configs/{group}: {nearest(choice, options)}"
+
+
+def _keys(data: Any, prefix: str = "") -> list[str]:
+    if not isinstance(data, dict):
+        return [prefix[:-1]]
+    return [prefix[:-1], *(key for k, v in data.items() for key in _keys(v, f"{prefix}{k}."))]
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).splitlines()[0]

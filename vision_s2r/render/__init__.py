@@ -1,0 +1,22 @@
+"""Scene states in, sharded paired views on disk out, and back.
+
+A folder holds manifest.json and shard-00000.safetensors, …; each shard, for its N scenes with V randomised views and
+G grasps a scene, S pixels a side and a margin of m pixels around source pictures:
+
+| tensor | type and shape | what |
+| --- | --- | --- |
+| randomised | uint8 [N, V, S+2m, S+2m, 3] | source pictures |
+| real | uint8 [N, S+2m, S+2m, 3] | the real appearance, where asked for |
+| canonical | uint8 [N, S, S, 3] | the same camera, no margin |
+| depth | float32 [N, S, S] | metres along the optical axis |
+| segmentation, instance | uint8 [N, S, S] | class ids; 0 none, k + 1 the k-th object |
+| intrinsics, extrinsics | float64 [N, 4], [N, 4, 4] | fx, fy, cx, cy without margin; world to camera |
+| grasps, origin, success | float64 [N, G, 3], uint8 [N, G] | x, y (m), yaw (rad); how proposed; held after the lift |
+| the rest | | the scene state |
+"""
+
+from vision_s2r.render.config import RenderConfig
+from vision_s2r.render.render import render
+from vision_s2r.render.views import Views
+
+__all__ = ["RenderConfig", "Views", "render"]

@@ -1,0 +1,74 @@
+"""Render a set of scenes into shards: in parallel, resumable, identical however often it was interrupted."""
+
+from pathlib import Path
+
+import joblib
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from vision_s2r.errors import UserError
+from vision_s2r.render import config, sheet
+from vision_s2r.render import shard as shards
+from vision_s2r.render.config import RenderConfig
+from vision_s2r.render.manifest import NAME, Manifest, shard_path
+from vision_s2r.render.views import Views
+from vision_s2r.scene import SceneConfig, objects
+from vision_s2r.scene import config as scene_config
+
+CONSOLE = Console(stderr=True)
+
+
+def render(scene: SceneConfig, cfg: RenderConfig) -> Path:
+    """Render what is not yet there into cfg.out; returns that folder, with a contact sheet beside the shards.
+
+    Raises UserError for bad values, a folder that holds another configuration, and a full disk.
+    """
+    scene_config.check(scene)
+    config.check(cfg)
+    objects.object_ids(scene.objects.split)
+    folder = Path(cfg.out)
+    manifest = _begin(folder, Manifest.new(scene, cfg))
+    missing = [k for k in range(manifest.shard_count) if k not in manifest.checksums]
+    if missing:
+        _render_missing(scene, cfg, folder, manifest, missing)
+        sheet.write(Views.open(folder), folder / "contact_sheet.png")
+    CONSOLE.print(f"{cfg.scenes} scenes in {folder}, contact sheet {folder / 'contact_sheet.png'}")
+    return folder
+
+
+def _begin(folder: Path, wanted: Manifest) -> Manifest:
+    """The folder's manifest, less its damaged shards, or a new one."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not (folder / NAME).exists():
+        wanted.save(folder)
+        return wanted
+    manifest = Manifest.load(folder)
+    manifest.require_same(wanted, folder)
+    for path in manifest.damaged(folder):
+        CONSOLE.print(f"{path} is damaged or missing: it is rendered again")
+        number = next(k for k in manifest.checksums if shard_path(folder, k) == path)
+        del manifest.checksums[number]
+    return manifest
+
+
+def _render_missing(
+    scene: SceneConfig, cfg: RenderConfig, folder: Path, manifest: Manifest, missing: list[int]
+) -> None:
+    parallel = joblib.Parallel(
+        n_jobs=cfg.workers, backend=cfg.backend, return_as="generator_unordered", pre_dispatch="2*n_jobs"
+    )
+    jobs = (joblib.delayed(_one)(scene, cfg, folder, k) for k in missing)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=CONSOLE) as progress:
+        task = progress.add_task("shards", total=manifest.shard_count, completed=len(manifest.checksums))
+        try:
+            for number, digest in parallel(jobs):
+                manifest.checksums[number] = digest
+                manifest.save(folder)
+                progress.advance(task)
+        except OSError as error:
+            raise UserError(f"cannot write to {folder}: {error.strerror or error}; the same command goes on") from error
+
+
+def _one(scene: SceneConfig, cfg: RenderConfig, folder: Path, number: int) -> tuple[int, str]:
+    return number, shards.write(shard_path(folder, number), shards.render_shard(scene, cfg, number))

@@ -1,0 +1,93 @@
+"""One shard: a run of consecutive scenes, rendered in one process and written as one safetensors file."""
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+from safetensors.numpy import save_file
+
+from vision_s2r.render.config import RenderConfig
+from vision_s2r.scene import (
+    Renderer,
+    SceneConfig,
+    SceneState,
+    attempt,
+    canonical,
+    propose,
+    randomised,
+    real,
+    sample_state,
+)
+from vision_s2r.scene.config import MAX_OBJECTS
+
+
+def indices(cfg: RenderConfig, shard: int) -> range:
+    """The scene indices of a shard."""
+    return range(shard * cfg.shard_size, min((shard + 1) * cfg.shard_size, cfg.scenes))
+
+
+def render_shard(scene: SceneConfig, cfg: RenderConfig, shard: int) -> dict[str, np.ndarray]:
+    """Every tensor of one shard, first axis its N scenes; see the package's docstring."""
+    with Renderer(scene) as renderer:
+        rows = [render_scene(renderer, sample_state(scene, cfg.seed, i), cfg) for i in indices(cfg, shard)]
+    return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+
+
+def render_scene(renderer: Renderer, state: SceneState, cfg: RenderConfig) -> dict[str, np.ndarray]:
+    """Pictures, labels, grasps and the state itself of one scene."""
+    clean = renderer.render(state, canonical(state), cfg.size, labels=True)
+    assert clean.depth is not None and clean.segmentation is not None and clean.instance is not None
+    row = {
+        "canonical": clean.rgb,
+        "depth": clean.depth,
+        "segmentation": clean.segmentation,
+        "instance": clean.instance,
+        "intrinsics": state.camera.intrinsics(cfg.size),
+        "extrinsics": state.camera.extrinsics(),
+        **state_arrays(state),
+    }
+    if cfg.views:
+        looks = [randomised(renderer.cfg, state, view) for view in range(cfg.views)]
+        row["randomised"] = np.stack([renderer.render(state, k, cfg.size, cfg.margin).rgb for k in looks])
+    if cfg.real:
+        row["real"] = renderer.render(state, real(renderer.cfg, state), cfg.size, cfg.margin).rgb
+    if cfg.grasps:
+        grasps, origins = propose(renderer.cfg, state, cfg.grasps)
+        success = [attempt(renderer.cfg, state, grasp).success for grasp in grasps]
+        row |= {"grasps": grasps, "origin": origins.astype(np.uint8), "success": np.array(success, np.uint8)}
+    return row
+
+
+def state_arrays(state: SceneState) -> dict[str, np.ndarray]:
+    """The state as arrays of fixed size: object ids are -1 where there is no object."""
+    ids = np.full(MAX_OBJECTS, -1, np.int64)
+    poses = np.zeros((MAX_OBJECTS, 7))
+    ids[: len(state.object_ids)] = state.object_ids
+    poses[: len(state.object_ids)] = state.object_poses
+    return {
+        "seed_and_index": np.array([state.seed, state.index], np.int64),
+        "object_ids": ids,
+        "object_poses": poses,
+        "arm_joints": np.array(state.arm_joints),
+        "field_of_view": np.array(state.camera.field_of_view),
+        "camera_position": np.array(state.camera.position),
+        "camera_rotation": np.array(state.camera.rotation),
+    }
+
+
+def write(path: Path, tensors: dict[str, np.ndarray]) -> str:
+    """Write the shard, whole or not at all; returns its checksum."""
+    temporary = path.with_suffix(".tmp")
+    try:
+        save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
+        digest = checksum(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    return digest
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,26 @@
+"""The grasping scene: (seed, index) in; settled states, grasp outcomes and pictures of any look out."""
+
+from vision_s2r.scene.appearance import CLASSES, canonical, randomised, real
+from vision_s2r.scene.config import SceneConfig
+from vision_s2r.scene.grasping import Outcome, attempt
+from vision_s2r.scene.proposals import Origin, propose
+from vision_s2r.scene.renderer import Renderer, View
+from vision_s2r.scene.sampling import sample_state
+from vision_s2r.scene.state import Camera, SceneState
+
+__all__ = [
+    "CLASSES",
+    "Camera",
+    "Origin",
+    "Outcome",
+    "Renderer",
+    "SceneConfig",
+    "SceneState",
+    "View",
+    "attempt",
+    "canonical",
+    "propose",
+    "randomised",
+    "real",
+    "sample_state",
+]

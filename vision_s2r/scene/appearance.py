@@ -1,0 +1,185 @@
+"""Three looks of the same state: randomised (training), canonical (what a policy sees), real (what is tested).
+
+A look is data: a surface for each named part, a light, and distractors beside the bin. It is drawn here and
+rendered in `renderer.py`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.scene import arm, tray
+from vision_s2r.scene.config import SceneConfig
+from vision_s2r.scene.sampling import Stream, generator
+from vision_s2r.scene.state import SceneState
+
+CLASSES = ("background", "bin", "arm", "gripper", "object")
+TABLE = "table"
+
+CANONICAL_COLOURS = {
+    "background": (0.20, 0.22, 0.26),
+    "bin": (0.80, 0.78, 0.70),
+    "arm": (0.25, 0.45, 0.75),
+    "gripper": (0.85, 0.25, 0.25),
+    "object": (0.30, 0.75, 0.35),
+}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """A colour (RGB in [0, 1]) times a texture: its place in the bank, -1 for none; specular strength."""
+
+    colour: tuple[float, float, float]
+    texture: int = -1
+    specular: float = 0.0
+
+
+@dataclass(frozen=True)
+class Light:
+    """One distant light: direction towards it, colour (RGB), coefficients as in getCameraImage."""
+
+    direction: tuple[float, float, float]
+    colour: tuple[float, float, float]
+    ambient: float
+    diffuse: float
+    specular: float
+    shadow: bool
+
+
+@dataclass(frozen=True)
+class Distractor:
+    """A box on the table beside the bin: edge lengths [3], place (x, y), yaw, its surface."""
+
+    size: tuple[float, float, float]
+    place: tuple[float, float]
+    yaw: float
+    surface: Surface
+
+
+@dataclass(frozen=True)
+class Appearance:
+    """A look: a surface for each part of the scene, objects in their order; light; distractors.
+
+    bank: the textures that surfaces number, "randomised" or "real".
+    """
+
+    bank: str
+    parts: dict[str, Surface]
+    objects: tuple[Surface, ...]
+    light: Light
+    distractors: tuple[Distractor, ...] = ()
+
+
+def class_of(part: str) -> str:
+    """The class of a named part."""
+    if part == TABLE:
+        return "background"
+    return "bin" if part.startswith("bin_") else arm.KINDS[part]
+
+
+PARTS = (TABLE, *(part.name for part in tray.PARTS), *arm.KINDS)
+
+CANONICAL_LIGHT = Light((-0.66, 0.44, 0.61), (1.0, 1.0, 1.0), ambient=0.3, diffuse=0.9, specular=0.0, shadow=False)
+
+
+def canonical(state: SceneState) -> Appearance:
+    """One flat colour a class, one fixed light that shades shapes, no shadows, no distractors."""
+    surfaces = {kind: Surface(colour) for kind, colour in CANONICAL_COLOURS.items()}
+    return Appearance(
+        "randomised",
+        {part: surfaces[class_of(part)] for part in PARTS},
+        (surfaces["object"],) * len(state.object_ids),
+        CANONICAL_LIGHT,
+    )
+
+
+def randomised(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance:
+    """Every surface textured and tinted at random, one light of random direction and colour, distractors."""
+    rng = generator(state.seed, state.index, Stream.RANDOMISED, view)
+
+    def surface() -> Surface:
+        tint = rng.uniform(0.45, 1.0) * rng.uniform(0.6, 1.0, size=3)
+        return Surface(_rgb(tint), int(rng.integers(cfg.appearance.textures)), float(rng.uniform(0, 1)))
+
+    light = Light(
+        _direction(rng, 0.0, 0.8),
+        _rgb(rng.uniform(0.75, 1.0, size=3)),
+        ambient=float(rng.uniform(0.3, 0.7)),
+        diffuse=float(rng.uniform(0.3, 0.8)),
+        specular=float(rng.uniform(0.0, 0.6)),
+        shadow=bool(rng.uniform() < 0.7),
+    )
+    return _dress("randomised", cfg, state, rng, surface, light)
+
+
+def real(cfg: SceneConfig, state: SceneState) -> Appearance:
+    """Materials, lights and backgrounds that `randomised` never draws, always with shadows.
+
+    The textures come from other families and are not tinted, or only where the material is dyed or painted; the light
+    is low, warm or cold, over a weak ambient.
+    """
+    rng = generator(state.seed, state.index, Stream.REAL)
+
+    def surface() -> Surface:
+        tint = rng.uniform(0.8, 1.0) * (np.ones(3) if rng.uniform() < 0.5 else rng.uniform(0.55, 1.0, size=3))
+        return Surface(_rgb(tint), int(rng.integers(cfg.appearance.real_textures)), float(rng.uniform(0, 1)))
+
+    warmth = rng.uniform(-1, 1)
+    light = Light(
+        _direction(rng, 0.8, 1.05),
+        _rgb(np.array([1.0, 0.93, 0.80]) if warmth > 0 else np.array([0.86, 0.93, 1.0])),
+        ambient=float(rng.uniform(0.35, 0.5)),
+        diffuse=float(rng.uniform(0.55, 0.85)),
+        specular=float(rng.uniform(0.2, 0.8)),
+        shadow=True,
+    )
+    return _dress("real", cfg, state, rng, surface, light)
+
+
+def _dress(
+    bank: str,
+    cfg: SceneConfig,
+    state: SceneState,
+    rng: np.random.Generator,
+    surface: Callable[[], Surface],
+    light: Light,
+) -> Appearance:
+    """A surface for everything; the bin's walls share one, and so do the parts of the arm half of the time."""
+    parts = {TABLE: surface(), "bin_floor": surface()}
+    wall = surface()
+    parts |= {part.name: wall for part in tray.PARTS if part.name != "bin_floor"}
+    if rng.uniform() < 0.4:
+        parts["bin_floor"] = wall
+    links, jaws = surface(), surface()
+    one_arm = rng.uniform() < 0.5
+    for part, kind in arm.KINDS.items():
+        parts[part] = (links if kind == "arm" else jaws) if one_arm else surface()
+    low, high = cfg.appearance.distractors
+    distractors = tuple(_distractor(rng, surface()) for _ in range(rng.integers(low, high + 1)))
+    return Appearance(bank, parts, tuple(surface() for _ in state.object_ids), light, distractors)
+
+
+def _distractor(rng: np.random.Generator, surface: Surface) -> Distractor:
+    """Low clutter on the table, beside or before the bin, where it hides nothing of it."""
+    size = (float(rng.uniform(0.02, 0.07)), float(rng.uniform(0.02, 0.07)), float(rng.uniform(0.005, 0.03)))
+    radius = max(size) / 2
+    beside = tray.INNER / 2 + tray.WALL + 1.5 * radius + float(rng.uniform(0.0, 0.03))
+    along = float(rng.uniform(-0.16, 0.16))
+    place = [(beside, along), (-beside, along), (along, -beside)][rng.integers(3)]
+    return Distractor(size, place, float(rng.uniform(0, np.pi)), surface)
+
+
+def _direction(rng: np.random.Generator, low: float, high: float) -> tuple[float, float, float]:
+    """Towards a light that stands between `low` and `high` (rad) from the zenith, anywhere around."""
+    angle, turn = rng.uniform(low, high), rng.uniform(0, 2 * np.pi)
+    return (
+        float(np.sin(angle) * np.cos(turn)),
+        float(np.sin(angle) * np.sin(turn)),
+        float(np.cos(angle)),
+    )
+
+
+def _rgb(values: np.ndarray) -> tuple[float, float, float]:
+    red, green, blue = np.clip(values, 0, 1)
+    return float(red), float(green), float(blue)
