@@ -10,6 +10,18 @@ from), `pictures/*.png` and TensorBoard logs.
 
 from vision_s2r.training.config import TrainingConfig
 from vision_s2r.training.data import Draw, ViewSource
+from vision_s2r.training.loop import Result, train
 from vision_s2r.training.method import Batch, Method, Step, adamw, frozen
 
-__all__ = ["Batch", "Draw", "Method", "Step", "TrainingConfig", "ViewSource", "adamw", "frozen"]
+__all__ = [
+    "Batch",
+    "Draw",
+    "Method",
+    "Result",
+    "Step",
+    "TrainingConfig",
+    "ViewSource",
+    "adamw",
+    "frozen",
+    "train",
+]

@@ -43,9 +43,7 @@ class Checkpoint:
         for key in sorted(wanted.keys() | found.keys()):
             if wanted.get(key) != found.get(key):
                 has, expected = (shapes.get(key, "nothing") for shapes in (found, wanted))
-                raise UserError(
-                    f"{self.path}: tensor '{prefix}{key}' is {has}: its configuration expects {expected}"
-                )
+                raise UserError(f"{self.path}: tensor '{prefix}{key}' is {has}: its configuration expects {expected}")
         network.load_state_dict(state)
 
 

@@ -47,6 +47,4 @@ def check(cfg: TrainingConfig) -> None:
             raise UserError(f"training.{key} = '{getattr(cfg, key)}': {nearest(getattr(cfg, key), known)}")
     processes = cfg.devices * cfg.num_nodes
     if cfg.batch_size % processes:
-        raise UserError(
-            f"training.batch_size = {cfg.batch_size}: expected a multiple of the {processes} processes"
-        )
+        raise UserError(f"training.batch_size = {cfg.batch_size}: expected a multiple of the {processes} processes")

@@ -1,7 +1,7 @@
 """What a run reads, and which of it each step and process gets.
 
 The data of a step is a function of (seed, step, rank) alone, so a run resumes exactly. The ranks' parts of a
-step together are the batch that a single process would get, so more processes change the speed, not the result.
+step together are the batch that a single process would get: more processes change the speed, not the result.
 """
 
 from collections.abc import Set

@@ -36,8 +36,8 @@ class Method(ABC):
     """Something to train.
 
     The constructor builds `networks` and `optimisers`: `optimisers[name]` trains `networks[name]`, a network
-    without one stays as it is. It runs under the run's seed, on the CPU. The loop then wraps both for the device
-    and the processes: look networks up in `self.networks` each time, and keep no reference of your own.
+    without one stays as it is. It runs under the run's seed, on the CPU. The loop then wraps both for device
+    and processes: look networks up in `self.networks` each time, and keep no reference of your own.
     """
 
     kind: ClassVar[str]  # of the released checkpoint: "translator", "q_function"
