@@ -1,5 +1,6 @@
 """Render a set of scenes into shards: in parallel, resumable, identical however often it was interrupted."""
 
+import sys
 from pathlib import Path
 
 import joblib
@@ -14,8 +15,6 @@ from vision_s2r.render.manifest import NAME, Manifest, shard_path
 from vision_s2r.render.views import Views
 from vision_s2r.scene import SceneConfig, objects
 from vision_s2r.scene import config as scene_config
-
-CONSOLE = Console(stderr=True)
 
 
 def render(scene: SceneConfig, cfg: RenderConfig) -> Path:
@@ -32,7 +31,7 @@ def render(scene: SceneConfig, cfg: RenderConfig) -> Path:
     if missing:
         _render_missing(scene, cfg, folder, manifest, missing)
         sheet.write(Views.open(folder), folder / "contact_sheet.png")
-    CONSOLE.print(f"{cfg.scenes} scenes in {folder}, contact sheet {folder / 'contact_sheet.png'}")
+    print(f"{cfg.scenes} scenes in {folder}, contact sheet {folder / 'contact_sheet.png'}", file=sys.stderr)
     return folder
 
 
@@ -45,7 +44,7 @@ def _begin(folder: Path, wanted: Manifest) -> Manifest:
     manifest = Manifest.load(folder)
     manifest.require_same(wanted, folder)
     for path in manifest.damaged(folder):
-        CONSOLE.print(f"{path} is damaged or missing: it is rendered again")
+        print(f"{path} is damaged or missing: it is rendered again", file=sys.stderr)
         number = next(k for k in manifest.checksums if shard_path(folder, k) == path)
         del manifest.checksums[number]
     return manifest
@@ -59,7 +58,7 @@ def _render_missing(
     )
     jobs = (joblib.delayed(_one)(scene, cfg, folder, k) for k in missing)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=CONSOLE) as progress:
+    with Progress(*columns, console=Console(stderr=True)) as progress:
         task = progress.add_task("shards", total=manifest.shard_count, completed=len(manifest.checksums))
         try:
             for number, digest in parallel(jobs):

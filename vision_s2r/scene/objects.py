@@ -1,6 +1,7 @@
 """The procedural objects that PyBullet ships: which are usable, how they are split, their meshes."""
 
 from functools import cache
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -56,7 +57,7 @@ def vertices_and_faces(object_id: int) -> tuple[np.ndarray, np.ndarray]:
             vertices.append([float(v) for v in values[:3]])
         elif key == "f":
             corners = [int(v.split("/")[0]) - 1 for v in values]
-            faces += [[corners[0], a, b] for a, b in zip(corners[1:-1], corners[2:], strict=True)]
+            faces += [[corners[0], *pair] for pair in pairwise(corners[1:])]
     return np.array(vertices), np.array(faces)
 
 

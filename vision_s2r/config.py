@@ -1,0 +1,42 @@
+"""The root configuration: a field a room, as configs/config.yaml has it."""
+
+from dataclasses import dataclass, field
+
+from hydra.core.config_store import ConfigStore
+
+from vision_s2r.camera.config import CameraConfig
+from vision_s2r.evaluate.config import EvaluateConfig
+from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.render.config import RenderConfig
+from vision_s2r.scene.config import SceneConfig
+from vision_s2r.translate.config import TranslateConfig
+
+
+@dataclass
+class DataConfig:
+    """The three sets that an experiment needs; test is of objects never trained on."""
+
+    train: RenderConfig = field(default_factory=RenderConfig)
+    validation: RenderConfig = field(default_factory=RenderConfig)
+    test: RenderConfig = field(default_factory=RenderConfig)
+
+
+@dataclass
+class Config:
+    """Everything that the visual scripts read."""
+
+    name: str = "default"
+    seed: int = 0
+    seeds: int = 1
+    out: str = "outputs"
+    scene: SceneConfig = field(default_factory=SceneConfig)
+    render: RenderConfig = field(default_factory=RenderConfig)
+    data: DataConfig = field(default_factory=DataConfig)
+    camera: CameraConfig = field(default_factory=CameraConfig)
+    validation_camera: CameraConfig = field(default_factory=CameraConfig)
+    translate: TranslateConfig = field(default_factory=TranslateConfig)
+    grasp: GraspConfig = field(default_factory=GraspConfig)
+    evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
+
+
+ConfigStore.instance().store("schema", node=Config)
