@@ -1,0 +1,77 @@
+"""The configuration of a translator, as configs/translate/*.yaml has it."""
+
+from dataclasses import asdict, dataclass, field
+
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.training import TrainingConfig
+from vision_s2r.training import config as training_config
+
+PICTURES = ("randomised", "real")
+
+
+@dataclass
+class NetworkConfig:
+    """The U-Net."""
+
+    width: int = 32  # channels of the finest level, which is at half the picture's resolution; each next has twice
+    levels: int = 4  # resolutions, from a half down to 1 / 2^levels
+    blocks: int = 1  # residual blocks of a level on the way down, and again on the way up
+    detail: int = 24  # channels at full resolution
+
+
+@dataclass
+class DiscriminatorConfig:
+    """The patch discriminator; built only where the adversarial loss has a weight."""
+
+    width: int = 32  # channels of its first layer; each next has twice
+    layers: int = 3  # halvings of the resolution
+    learning_rate: float = 2e-4
+
+
+@dataclass
+class LossConfig:
+    """Weight of each term of the loss; 0 leaves it, and what only it needs, out."""
+
+    image: float = 1.0  # absolute error of the canonical picture
+    gradient: float = 1.0  # absolute error of its differences between neighbouring pixels: edges
+    ssim: float = 0.0  # 1 - structural similarity
+    segmentation: float = 0.1  # cross-entropy of the classes
+    depth: float = 0.2  # absolute error of the depth, in parts of its range
+    adversarial: float = 0.0  # against the patch discriminator
+    adversarial_form: str = "hinge"  # hinge | least_squares
+    focus: float = 2.0  # how much more object pixels count in image, gradient and depth than all others
+
+
+@dataclass
+class TranslateConfig:
+    """A translator: its networks, losses and training."""
+
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    discriminator: DiscriminatorConfig = field(default_factory=DiscriminatorConfig)
+    loss: LossConfig = field(default_factory=LossConfig)
+    training: TrainingConfig = field(
+        default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=32, metric="l1", mode="min")
+    )
+    validate_on: str = "real"  # randomised | real: what the validation camera looks at
+    pictures: int = 6  # validation scenes shown in the grid
+
+
+def check(cfg: TranslateConfig) -> None:
+    """Raises UserError where a value is out of its range."""
+    training_config.check(cfg.training)
+    for name in ("network", "discriminator"):
+        for key, value in asdict(getattr(cfg, name)).items():
+            if value <= 0:
+                raise UserError(f"translate.{name}.{key} = {value}: expected a number above 0")
+    for key, value in asdict(cfg.loss).items():
+        if key != "adversarial_form" and value < 0:
+            raise UserError(f"translate.loss.{key} = {value}: expected a weight of 0 or more")
+    if cfg.loss.image + cfg.loss.gradient + cfg.loss.ssim <= 0:
+        raise UserError("translate.loss: image, gradient and ssim are all 0: expected one of them above 0")
+    form, forms = cfg.loss.adversarial_form, ("hinge", "least_squares")
+    if form not in forms:
+        raise UserError(f"translate.loss.adversarial_form = '{form}': {nearest(form, forms)}")
+    if cfg.validate_on not in PICTURES:
+        raise UserError(f"translate.validate_on = '{cfg.validate_on}': {nearest(cfg.validate_on, PICTURES)}")
+    if cfg.pictures <= 0:
+        raise UserError(f"translate.pictures = {cfg.pictures}: expected a number above 0")

@@ -1,0 +1,197 @@
+"""RCAN: from any look of a scene to its canonical one, learnt from pairs (James et al. 2019, arXiv:1812.07252)."""
+
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import torch
+from kornia.metrics import ssim
+from torch import Tensor
+
+from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.images import to_float
+from vision_s2r.scene import CLASSES
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, frozen, train
+from vision_s2r.translate import losses, pictures
+from vision_s2r.translate.config import LossConfig, TranslateConfig, check
+from vision_s2r.translate.discriminator import PatchDiscriminator
+from vision_s2r.translate.unet import UNet
+
+CHUNK = 64  # scenes at a time in validation
+DEPTH_SCENES = 512  # from which the range of depth is taken
+TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
+
+
+class Rcan(Method):
+    """A U-Net, and with an adversarial weight a patch discriminator that takes turns with it."""
+
+    kind = "translator"
+    released = ("unet",)
+
+    def __init__(
+        self,
+        cfg: TranslateConfig,
+        camera: CameraConfig,
+        validation_camera: CameraConfig,
+        margin: int,
+        depth_range: tuple[float, float],
+    ):
+        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres."""
+        self._cfg, self._margin, self._depth_range = cfg, margin, depth_range
+        self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
+        heads = heads_for(cfg.loss)
+        unet = UNet(cfg.network, heads)
+        unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        self.networks = {"unet": unet}
+        self.optimisers = {"unet": adamw(unet, cfg.training)}
+        if cfg.loss.adversarial > 0:
+            discriminator = PatchDiscriminator(cfg.discriminator)
+            self.networks["discriminator"] = discriminator
+            self.optimisers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
+        cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
+        self.configuration = asdict(cfg) | {"heads": heads} | cameras
+        self.normalisation = {"depth_range": list(depth_range)}
+
+    def batch(self, views: ViewSource, draw: Draw) -> Batch:
+        batch = {name: views.batch(name, draw.indices) for name in TARGETS}
+        randomised = views.batch("randomised", draw.indices)
+        which = draw.integers(randomised.shape[1])
+        return batch | {"source": randomised[torch.arange(len(which)), which]}
+
+    def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
+        cfg = self._cfg.loss
+        source, target = self._seen(batch, self._camera, step.generator), self._target(batch)
+        output = self.networks["unet"](source)
+        terms = losses.supervised(cfg, output, target)
+        if "discriminator" not in self.networks:
+            step.optimise(losses.weighted(cfg, terms), "unet")
+            return terms
+        discriminator, fake = self.networks["discriminator"], output["canonical"]
+        with frozen(discriminator):
+            terms["adversarial"] = losses.adversarial(cfg.adversarial_form, discriminator(source, fake))
+        step.optimise(losses.weighted(cfg, terms), "unet")
+        scores = [discriminator(source, picture) for picture in (target["canonical"], fake.detach())]
+        terms["discriminator"] = losses.discrimination(cfg.adversarial_form, *scores)
+        step.optimise(terms["discriminator"], "discriminator")
+        return terms
+
+    def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
+        """Means over the views: l1, psnr (dB) and ssim of the picture, l1 of object pixels alone (object_l1),
+        intersection over union of the object class (object_iou), absolute error of depth (depth_error, m)."""
+        found: dict[str, list[Tensor]] = {}
+        for indices in torch.arange(len(views)).split(CHUNK):
+            source, target = self._held_out(views, indices, generator)
+            for name, values in self._measure(self.networks["unet"](source), target).items():
+                found.setdefault(name, []).append(values.double().cpu())
+        sums = {name: torch.cat(values).sum(0) for name, values in found.items()}
+        return {name: float(part / whole) for name, (part, whole) in sums.items()}
+
+    def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
+        source, target = self._held_out(views, torch.arange(min(self._cfg.pictures, len(views))), generator)
+        output = self.networks["unet"](source)
+        columns = [source, output["canonical"], target["canonical"]]
+        if "segmentation" in output:
+            classes = (output["segmentation"].argmax(1), target["segmentation"])
+            columns += [pictures.coloured(c) for c in classes]
+        if "depth" in output:
+            columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
+        return {"translation": pictures.grid(columns)}
+
+    def _seen(self, batch: Batch, camera: Camera, generator: torch.Generator) -> Tensor:
+        """The batch's source pictures as a camera sees them: float [B, 3, H, W] in [0, 1], without margin."""
+        images = to_float(batch["source"])
+        size = batch["canonical"].shape[1]
+        parameters = camera.sample(len(images), generator, size, size)
+        return camera(images, parameters, self._margin, batch["intrinsics"])
+
+    def _target(self, batch: Batch) -> Batch:
+        near, far = self._depth_range
+        return {
+            "canonical": to_float(batch["canonical"]),
+            "segmentation": batch["segmentation"].long(),
+            "depth": ((batch["depth"] - near) / (far - near)).unsqueeze(1),
+        }
+
+    def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
+        """Pictures through the validation camera, and their targets."""
+        batch = {name: views.batch(name, indices) for name in TARGETS}
+        held_out = views.batch(self._cfg.validate_on, indices)
+        batch["source"] = held_out[:, 0] if self._cfg.validate_on == "randomised" else held_out
+        batch = {name: tensor.to(self.device) for name, tensor in batch.items()}
+        return self._seen(batch, self._validation_camera, generator), self._target(batch)
+
+    def _measure(self, output: Batch, target: Batch) -> Batch:
+        """Each metric as [B, 2], numerator and denominator of the mean over all samples."""
+        canonical = output["canonical"].clamp(0, 1)
+        error = (canonical - target["canonical"]).abs().mean(1)
+        squared = (canonical - target["canonical"]).square().mean((1, 2, 3))
+        mask = target["segmentation"] == losses.OBJECT
+        found = {
+            "l1": _ratio(error.mean((1, 2))),
+            "psnr": _ratio(-10 * squared.clamp(min=1e-10).log10()),
+            "ssim": _ratio(ssim(canonical, target["canonical"], losses.SSIM_WINDOW).mean((1, 2, 3))),
+            "object_l1": _ratio((error * mask).sum((1, 2)), mask.sum((1, 2))),
+        }
+        if "segmentation" in output:
+            guess = output["segmentation"].argmax(1) == losses.OBJECT
+            found["object_iou"] = _ratio((guess & mask).sum((1, 2)), (guess | mask).sum((1, 2)))
+        if "depth" in output:
+            near, far = self._depth_range
+            found["depth_error"] = _ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
+        return found
+
+
+def heads_for(cfg: LossConfig) -> dict[str, int]:
+    """Maps that a network trained with these losses has, and their channels."""
+    heads = {"canonical": 3}
+    if cfg.segmentation > 0:
+        heads["segmentation"] = len(CLASSES)
+    if cfg.depth > 0:
+        heads["depth"] = 1
+    return heads
+
+
+def train_translator(
+    views: ViewSource,
+    validation: ViewSource,
+    cfg: TranslateConfig,
+    camera: CameraConfig,
+    validation_camera: CameraConfig,
+    out: Path,
+    seed: int,
+) -> Path:
+    """Trains RCAN in the folder `out`, or goes on there, and returns the best checkpoint.
+
+    `camera` is drawn from during training, `validation_camera` chooses the checkpoint. Raises UserError where the
+    configuration or the views do not fit, and as `vision_s2r.training.train`.
+    """
+    check(cfg)
+    stride = 2**cfg.network.levels
+    for part, source in (("training", views), ("validation", validation)):
+        if source.size % stride:
+            raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
+        picture = "randomised" if part == "training" else cfg.validate_on
+        for name in (picture, *TARGETS):
+            if name not in source.names:
+                raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
+    if views.margin != validation.margin:
+        raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
+    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views))
+    return train(method, views, validation, cfg.training, out, seed).best
+
+
+def depth_range(views: ViewSource) -> tuple[float, float]:
+    """Nearest and farthest depth (m) in the first scenes of the views."""
+    depth = views.batch("depth", torch.arange(min(DEPTH_SCENES, len(views))))
+    near, far = float(depth.min()), float(depth.max())
+    if not near < far:
+        raise UserError(f"training views are {near} m deep everywhere: expected scenes with depth")
+    return near, far
+
+
+def _ratio(numerator: Tensor, denominator: Any = None) -> Tensor:
+    """[B], [B] to [B, 2]; the denominator of a plain mean is 1."""
+    whole = torch.ones_like(numerator) if denominator is None else denominator
+    return torch.stack([numerator.float(), whole.float()], 1)

@@ -1,0 +1,88 @@
+"""A trained translator, which is all that another program needs."""
+
+from pathlib import Path
+
+import torch
+from torch import Tensor
+
+from vision_s2r.errors import UserError
+from vision_s2r.images import to_float, to_uint8
+from vision_s2r.training import checkpoint
+from vision_s2r.translate.config import NetworkConfig
+from vision_s2r.translate.unet import UNet
+
+CHUNK = 64  # pictures at a time
+
+
+class Translator:
+    """Pictures of a scene to its canonical view: `Translator.load(path)(images)`."""
+
+    def __init__(self, network: UNet, depth_range: tuple[float, float]):
+        """`depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1."""
+        self._network = network.eval().requires_grad_(False)
+        self._depth_range = depth_range
+
+    @classmethod
+    def load(cls, path: str | Path, device: str | torch.device = "cpu") -> "Translator":
+        """The translator of a released checkpoint. Raises UserError where the file is none."""
+        found = checkpoint.load(path, "translator")
+        try:
+            network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
+            near, far = found.normalisation["depth_range"]
+        except (KeyError, TypeError, ValueError) as error:
+            raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
+        found.restore("unet", network)
+        network.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
+        return cls(network, (near, far))
+
+    @property
+    def stride(self) -> int:
+        """Pictures must be a multiple of it high and wide, pixels."""
+        return self._network.stride
+
+    def __call__(self, images: Tensor) -> Tensor:
+        """The canonical views of pictures, in their form and on their device.
+
+        uint8 [B, H, W, 3] gives uint8 [B, H, W, 3]; float [B, 3, H, W] in [0, 1] gives float32 [B, 3, H, W] in
+        [0, 1]. Raises UserError for anything else, and where H or W is no multiple of `stride`.
+        """
+        canonical = self.predict(images)["canonical"]
+        return to_uint8(canonical) if images.dtype == torch.uint8 else canonical
+
+    def predict(self, images: Tensor) -> dict[str, Tensor]:
+        """All that the network says about pictures as `__call__` takes them, on their device.
+
+        `canonical` float [B, 3, H, W] in [0, 1]; and, where it was trained on them, `segmentation` float
+        [B, C, H, W], probabilities of `vision_s2r.scene.CLASSES`, and `depth` float [B, H, W] in metres.
+        """
+        pictures = self._checked(images)
+        parts = [self._predict(part) for part in pictures.split(CHUNK)]
+        return {name: torch.cat([part[name] for part in parts]).to(images.device) for name in parts[0]}
+
+    @torch.no_grad()
+    def _predict(self, images: Tensor) -> dict[str, Tensor]:
+        output = self._network(images.to(next(self._network.parameters()).device))
+        found = {"canonical": output["canonical"].clamp(0, 1)}
+        if "segmentation" in output:
+            found["segmentation"] = output["segmentation"].softmax(1)
+        if "depth" in output:
+            near, far = self._depth_range
+            found["depth"] = near + (far - near) * output["depth"][:, 0]
+        return found
+
+    def _checked(self, images: Tensor) -> Tensor:
+        """Pictures in either form as float32 [B, 3, H, W]."""
+        if not isinstance(images, Tensor):
+            raise UserError(f"translator: pictures are a {type(images).__name__}: expected a torch.Tensor")
+        what = f"translator: pictures of type {images.dtype} and shape {tuple(images.shape)}"
+        channels = -1 if images.dtype == torch.uint8 else 1
+        kind = images.dtype == torch.uint8 or images.is_floating_point()
+        if not kind or images.ndim != 4 or images.shape[channels] != 3 or not len(images):
+            raise UserError(f"{what}: expected uint8 [B, H, W, 3], or float [B, 3, H, W] in [0, 1]")
+        if images.dtype == torch.uint8:
+            images = to_float(images)
+        elif not (images.amin() >= 0 and images.amax() <= 1):
+            raise UserError(f"{what} with values outside [0, 1]: expected [0, 1], or uint8 [B, H, W, 3]")
+        if any(side % self.stride for side in images.shape[-2:]):
+            raise UserError(f"{what}: expected height and width to be multiples of {self.stride}")
+        return images.float()

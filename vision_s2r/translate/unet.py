@@ -1,0 +1,86 @@
+"""The translator's network: a U-Net from a source picture to canonical picture, segmentation and depth.
+
+Most of the work is done from half resolution down, reached by moving pixels into channels (the reverse of Shi et al.
+2016, arXiv:1609.05158), which loses nothing and is four times cheaper. A thin full-resolution stage at the end, which
+sees the source pixels again, puts edges where they belong.
+"""
+
+from itertools import pairwise
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from vision_s2r.errors import UserError
+from vision_s2r.translate.config import NetworkConfig
+
+GROUP = 8  # channels a group of a normalisation
+
+
+class ResidualBlock(nn.Module):
+    """Pre-activation residual block (He et al. 2016, arXiv:1603.05027) with group instead of batch statistics."""
+
+    def __init__(self, inputs: int, outputs: int):
+        super().__init__()
+        self.norm1 = nn.GroupNorm(inputs // GROUP, inputs)
+        self.conv1 = nn.Conv2d(inputs, outputs, 3, padding=1, bias=False)
+        self.norm2 = nn.GroupNorm(outputs // GROUP, outputs)
+        self.conv2 = nn.Conv2d(outputs, outputs, 3, padding=1)
+        self.skip = nn.Conv2d(inputs, outputs, 1) if inputs != outputs else nn.Identity()
+        nn.init.zeros_(self.conv2.weight)  # each block begins as its skip
+
+    def forward(self, x: Tensor) -> Tensor:
+        y = self.conv1(F.silu(self.norm1(x)))
+        y = self.conv2(F.silu(self.norm2(y)))
+        return self.skip(x) + y
+
+
+class Stage(nn.Sequential):
+    """Residual blocks at one resolution."""
+
+    def __init__(self, inputs: int, outputs: int, blocks: int):
+        super().__init__(*(ResidualBlock(inputs if i == 0 else outputs, outputs) for i in range(blocks)))
+
+
+class UNet(nn.Module):
+    """U-Net (Ronneberger et al. 2015, arXiv:1505.04597).
+
+    In: float [B, 3, H, W] in [0, 1], H and W multiples of `stride`. Out: a map [B, heads[name], H, W] for each
+    of `heads` (name: channels), linear.
+    """
+
+    def __init__(self, cfg: NetworkConfig, heads: dict[str, int]):
+        super().__init__()
+        self.heads = dict(heads)
+        self.stride = 2**cfg.levels
+        widths = [cfg.width * 2**level for level in range(cfg.levels)]
+        if any(width % GROUP for width in (*widths, cfg.detail)):
+            raise UserError(f"network: width {cfg.width} and detail {cfg.detail}: expected multiples of {GROUP}")
+        self.stem = nn.Conv2d(3 * 4, widths[0], 3, padding=1)
+        pairs = list(pairwise(widths))
+        self.down = nn.ModuleList(Stage(w, w, cfg.blocks) for w in widths[:-1])
+        self.downsample = nn.ModuleList(nn.Conv2d(w, v, 2, stride=2) for w, v in pairs)
+        self.bottom = Stage(widths[-1], widths[-1], 2 * cfg.blocks)
+        self.upsample = nn.ModuleList(nn.Conv2d(v, w, 1) for w, v in pairs)
+        self.up = nn.ModuleList(Stage(2 * w, w, cfg.blocks) for w in widths[:-1])
+        self.unfold = nn.Conv2d(widths[0], 4 * cfg.detail, 1)
+        self.detail = nn.Conv2d(cfg.detail + 3, cfg.detail, 3, padding=1)
+        self.norm = nn.GroupNorm(cfg.detail // GROUP, cfg.detail)
+        self.head = nn.Conv2d(cfg.detail, sum(heads.values()), 3, padding=1)
+
+    def forward(self, images: Tensor) -> dict[str, Tensor]:
+        source = 4 * (images - 0.5)
+        x = self.stem(F.pixel_unshuffle(source, 2))
+        skips = []
+        for stage, downsample in zip(self.down, self.downsample, strict=True):
+            x = stage(x)
+            skips.append(x)
+            x = downsample(x)
+        x = self.bottom(x)
+        for stage, upsample in zip(reversed(self.up), reversed(self.upsample), strict=True):
+            x = F.interpolate(upsample(x), scale_factor=2.0, mode="bilinear", align_corners=False)
+            x = stage(torch.cat([x, skips.pop()], 1))
+        x = F.pixel_shuffle(self.unfold(x), 2)
+        x = self.detail(torch.cat([x, source], 1))
+        x = self.head(F.silu(self.norm(x)))
+        return dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True))
