@@ -25,10 +25,10 @@ def main(task: Callable[[Schema], Any], schema: type[Schema], name: str = "confi
 
     @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
     def run(cfg: DictConfig) -> None:
-        _or_exit(lambda: task(typed(cfg, schema)))
+        or_exit(lambda: task(typed(cfg, schema)))
 
     if not any(argument.startswith("-") for argument in sys.argv[1:]):  # Hydra's own flags: a sweep, --help …
-        _or_exit(lambda: compose(schema, name, sys.argv[1:]))
+        or_exit(lambda: compose(schema, name, sys.argv[1:]))
     run()
 
 
@@ -57,7 +57,8 @@ def typed(cfg: DictConfig, schema: type[Schema]) -> Schema:
         raise UserError(f"configuration key '{key}': {_first_line(error)}") from error
 
 
-def _or_exit(task: Callable[[], Any]) -> None:
+def or_exit(task: Callable[[], Any]) -> None:
+    """Run a task; a mistake of the user's or an interrupt ends the process with one line and its exit code."""
     try:
         task()
     except UserError as error:

@@ -7,10 +7,10 @@ G grasps a scene, S pixels a side and a margin of m pixels around source picture
 | --- | --- | --- |
 | randomised | uint8 [N, V, S+2m, S+2m, 3] | source pictures |
 | real | uint8 [N, S+2m, S+2m, 3] | the real appearance, where asked for |
-| canonical | uint8 [N, S, S, 3] | the same camera, no margin |
-| depth | float32 [N, S, S] | metres along the optical axis |
-| segmentation, instance | uint8 [N, S, S] | class ids; 0 none, k + 1 the k-th object |
-| intrinsics, extrinsics | float64 [N, 4], [N, 4, 4] | fx, fy, cx, cy without margin; world to camera |
+| canonical | uint8 [N, S, S, 3] | the canonical look, from the nominal camera, no margin |
+| depth | float32 [N, S, S] | of the canonical view, metres along the optical axis |
+| segmentation, instance | uint8 [N, S, S] | of the canonical view: class ids; 0 none, k + 1 the k-th object |
+| intrinsics, extrinsics | float64 [N, 4], [N, 4, 4] | of the canonical view: fx, fy, cx, cy; world to camera |
 | grasps, origin, success | float64 [N, G, 3], uint8 [N, G] | x, y (m), yaw (rad); how proposed; held after the lift |
 | the rest | | the scene state |
 """

@@ -13,6 +13,7 @@ from vision_s2r.scene import (
     SceneState,
     attempt,
     canonical,
+    nominal_camera,
     propose,
     randomised,
     real,
@@ -35,15 +36,16 @@ def render_shard(scene: SceneConfig, cfg: RenderConfig, shard: int) -> dict[str,
 
 def render_scene(renderer: Renderer, state: SceneState, cfg: RenderConfig) -> dict[str, np.ndarray]:
     """Pictures, labels, grasps and the state itself of one scene."""
-    clean = renderer.render(state, canonical(state), cfg.size, labels=True)
+    camera = nominal_camera(renderer.cfg.viewpoint)
+    clean = renderer.render(state, canonical(state), cfg.size, labels=True, camera=camera)
     assert clean.depth is not None and clean.segmentation is not None and clean.instance is not None
     row = {
         "canonical": clean.rgb,
         "depth": clean.depth,
         "segmentation": clean.segmentation,
         "instance": clean.instance,
-        "intrinsics": state.camera.intrinsics(cfg.size),
-        "extrinsics": state.camera.extrinsics(),
+        "intrinsics": camera.intrinsics(cfg.size),
+        "extrinsics": camera.extrinsics(),
         **state_arrays(state),
     }
     if cfg.views:

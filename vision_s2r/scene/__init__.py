@@ -5,7 +5,7 @@ from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.grasping import Outcome, attempt
 from vision_s2r.scene.proposals import Origin, propose
 from vision_s2r.scene.renderer import Renderer, View
-from vision_s2r.scene.sampling import sample_state
+from vision_s2r.scene.sampling import nominal_camera, sample_state
 from vision_s2r.scene.state import Camera, SceneState
 
 __all__ = [
@@ -19,6 +19,7 @@ __all__ = [
     "View",
     "attempt",
     "canonical",
+    "nominal_camera",
     "propose",
     "randomised",
     "real",

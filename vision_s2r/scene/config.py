@@ -31,14 +31,14 @@ class PhysicsConfig:
 
 @dataclass
 class ViewpointConfig:
-    """Where the camera hangs, and how far a scene's own camera departs from that."""
+    """Where the camera is meant to hang, and how far a scene's own camera departs from that."""
 
     height: float = 0.8
     tilt: float = 0.05
     field_of_view: float = 0.46
-    position_jitter: float = 0.02
-    angle_jitter: float = 0.02
-    field_of_view_jitter: float = 0.03
+    position_jitter: float = 0.01
+    angle_jitter: float = 0.01
+    field_of_view_jitter: float = 0.02
 
 
 @dataclass

@@ -16,7 +16,7 @@ from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.grasping import attempt
 from vision_s2r.scene.proposals import REACH
 from vision_s2r.scene.renderer import Renderer
-from vision_s2r.scene.sampling import sample_state
+from vision_s2r.scene.sampling import nominal_camera, sample_state
 from vision_s2r.scene.state import SceneState
 
 ID = "vision_s2r/BinGrasp-v0"
@@ -82,7 +82,8 @@ class BinGraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def _picture(self, state: SceneState, size: int) -> np.ndarray:
         if self._renderer is None:
             self._renderer = Renderer(self.cfg)
-        return self._renderer.render(state, self._appearance(state), size).rgb
+        camera = nominal_camera(self.cfg.viewpoint) if self.look == "canonical" else None
+        return self._renderer.render(state, self._appearance(state), size, camera=camera).rgb
 
     def _appearance(self, state: SceneState) -> Appearance:
         if self.look == "canonical":

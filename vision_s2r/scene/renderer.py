@@ -40,11 +40,11 @@ class Renderer:
         self.cfg = cfg
         self.client = pybullet.connect(pybullet.DIRECT)
         look = cfg.appearance
-        banks = {
+        self.banks = {
             "randomised": textures.bank(textures.RANDOMISED, look.textures, look.texture_size, look.texture_seed),
             "real": textures.bank(textures.REAL, look.real_textures, look.texture_size, look.texture_seed),
         }
-        self.textures = {name: [self._texture(path) for path in paths] for name, paths in banks.items()}
+        self.textures = {name: [self._texture(path) for path in paths] for name, paths in self.banks.items()}
         self.parts = {part: self._body(_part_mesh(part)) for part in PARTS}
         for part in tray.PARTS:
             self._move(self.parts[part.name], part.position, (0, 0, 0, 1))
@@ -53,19 +53,28 @@ class Renderer:
         self.objects: list[int] = []
         self.distractors: list[int] = []
 
-    def render(self, state: SceneState, look: Appearance, size: int, margin: int = 0, labels: bool = False) -> View:
+    def render(
+        self,
+        state: SceneState,
+        look: Appearance,
+        size: int,
+        margin: int = 0,
+        labels: bool = False,
+        camera: Camera | None = None,
+    ) -> View:
         """A picture of size + 2 margin pixels a side; the margin lies around what size alone would show.
 
-        labels: depth, segmentation and instances too.
+        labels: depth, segmentation and instances too. camera: another than the state's own.
         """
         self._arrange(state)
         self._dress(look)
+        camera = camera or state.camera
         side = size + 2 * margin
         image = pybullet.getCameraImage(
             side,
             side,
-            _view_matrix(state.camera),
-            _projection(state.camera, size, margin),
+            view_matrix(camera),
+            projection(camera, size, margin),
             lightDirection=look.light.direction,
             lightColor=look.light.colour,
             lightDistance=LIGHT_DISTANCE,
@@ -183,12 +192,12 @@ def _yaw(angle: float) -> tuple[float, float, float, float]:
     return float(x), float(y), float(z), float(w)
 
 
-def _view_matrix(camera: Camera) -> list[float]:
+def view_matrix(camera: Camera) -> list[float]:
     """OpenGL's view matrix, by columns: its camera looks along -z with y up."""
     return (np.diag([1, -1, -1, 1]) @ camera.extrinsics()).T.ravel().tolist()
 
 
-def _projection(camera: Camera, size: int, margin: int) -> list[float]:
+def projection(camera: Camera, size: int, margin: int) -> list[float]:
     """OpenGL's projection, by columns, of the picture with its margin."""
     scale = size / (size + 2 * margin) / np.tan(camera.field_of_view / 2)
     matrix = np.zeros((4, 4))

@@ -49,7 +49,7 @@ def sample_state(cfg: SceneConfig, seed: int, index: int) -> SceneState:
                 object_ids=object_ids,
                 object_poses=tuple(tuple(float(v) for v in pose) for pose in poses),
                 arm_joints=_home(rng),
-                camera=_camera(cfg.viewpoint, rng),
+                camera=_scene_camera(cfg.viewpoint, rng),
             )
     raise RuntimeError(f"no settled scene for seed {seed}, index {index} in {ATTEMPTS} attempts")
 
@@ -78,13 +78,25 @@ def _home(rng: np.random.Generator) -> tuple[float, ...]:
     return arm.inverse(x, y, z, yaw, opening=rng.uniform(0.6, 1.0) * arm.MAX_OPENING)
 
 
-def _camera(cfg: ViewpointConfig, rng: np.random.Generator) -> Camera:
-    """Looking down on the bin, tilted towards the arm, with this scene's own departure from that."""
-    down = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
-    jitter = Rotation.from_rotvec(rng.uniform(-1, 1, size=3) * cfg.angle_jitter)
-    rotation = jitter * Rotation.from_euler("x", -cfg.tilt) * down
-    place = np.array([0.0, LOOK_AT - cfg.height * np.tan(cfg.tilt), cfg.height])
-    place += rng.uniform(-1, 1, size=3) * cfg.position_jitter
+def nominal_camera(cfg: ViewpointConfig) -> Camera:
+    """The camera as it is meant to be: looking down on the bin, tilted towards the arm. Canonical views are its."""
+    place = [0.0, LOOK_AT - cfg.height * np.tan(cfg.tilt), cfg.height]
+    return _camera(cfg.field_of_view, place, _nominal_rotation(cfg))
+
+
+def _scene_camera(cfg: ViewpointConfig, rng: np.random.Generator) -> Camera:
+    """A scene's own: the nominal one, displaced, turned and zoomed a little."""
+    turned = Rotation.from_rotvec(rng.uniform(-1, 1, size=3) * cfg.angle_jitter) * _nominal_rotation(cfg)
+    place = np.array(nominal_camera(cfg).position) + rng.uniform(-1, 1, size=3) * cfg.position_jitter
     field_of_view = cfg.field_of_view * (1 + rng.uniform(-1, 1) * cfg.field_of_view_jitter)
-    x, y, z = place.tolist()
+    return _camera(field_of_view, place.tolist(), turned)
+
+
+def _nominal_rotation(cfg: ViewpointConfig) -> Rotation:
+    down = Rotation.from_matrix([[1, 0, 0], [0, -1, 0], [0, 0, -1]])
+    return Rotation.from_euler("x", -cfg.tilt) * down
+
+
+def _camera(field_of_view: float, place: list[float], rotation: Rotation) -> Camera:
+    x, y, z = (float(v) for v in place)
     return Camera(float(field_of_view), (x, y, z), tuple(map(tuple, rotation.as_matrix().tolist())))

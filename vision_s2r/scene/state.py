@@ -42,7 +42,8 @@ class SceneState:
     """Object ids and poses, arm joints and camera of the scene drawn for (seed, index).
 
     object_poses: K times (x, y, z, qx, qy, qz, qw), metres and unit quaternion, world frame;
-    arm_joints: shoulder, elbow (rad), lift (m), wrist (rad), each finger's opening (m).
+    arm_joints: shoulder, elbow (rad), lift (m), wrist (rad), each finger's opening (m); camera: the scene's own, which
+    source pictures are taken with.
     """
 
     seed: int
