@@ -51,7 +51,7 @@ class UNet(nn.Module):
 
     def __init__(self, cfg: NetworkConfig, heads: dict[str, int]):
         super().__init__()
-        self.heads = dict(heads)
+        self.heads = dict(sorted(heads.items()))  # channels must not depend on how a dictionary was ordered
         self.stride = 2**cfg.levels
         widths = [cfg.width * 2**level for level in range(cfg.levels)]
         if any(width % GROUP for width in (*widths, cfg.detail)):
