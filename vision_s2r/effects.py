@@ -1,0 +1,125 @@
+"""The shared vocabulary: effects, the named, bounded, physical departures of the real from the simulated.
+
+An effect declares itself: its name, which of the four sources of the reality gap it belongs to, and its
+parameters with units, physical bounds and the value at which it vanishes. Joints, cameras and contacts each
+subclass `Effect` with what it does to them, and keep their effects in a `Registry`. Applying, randomising,
+identifying and diagnosing are verbs built on this elsewhere.
+"""
+
+import inspect
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, Literal, TypeVar
+
+from vision_s2r.errors import UserError, nearest
+
+Source = Literal["dynamics", "actuator", "camera", "contact"]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect.
+
+    `low` and `high` are its physical bounds, inclusive. `neutral` is the value at which the effect vanishes:
+    it may lie outside the bounds (an infinite full well has no shot noise), and is None for a parameter that
+    switches nothing by itself (a direction). `moderate` is a plainly visible setting, the start of a search
+    or the example in a table. `scale` says in which measure equal steps matter equally, for drawing and for
+    fitting.
+    """
+
+    name: str
+    unit: str  # "" for a pure number
+    low: float
+    high: float
+    neutral: float | None
+    moderate: float
+    scale: Literal["linear", "log"] = "linear"
+
+    def __post_init__(self) -> None:
+        if not self.low <= self.moderate <= self.high or (self.scale == "log" and self.low <= 0):
+            raise ValueError(f"parameter '{self.name}' contradicts itself: {self}")
+
+    def check(self, value: object, where: str) -> float:
+        """`value` as a float, neutral or within the bounds; else UserError, which begins with `where`."""
+        if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
+            raise UserError(f"{where}: {self.name} is {value!r}, expected a number")
+        if value != self.neutral and not self.low <= value <= self.high:
+            unit = f" {self.unit}" if self.unit else ""
+            raise UserError(
+                f"{where}: {self.name} is {value:g}, expected {self.low:g} to {self.high:g}{unit}"
+                + ("" if self.neutral is None else f" (or {self.neutral:g}, neutral)")
+            )
+        return float(value)
+
+
+class Effect:
+    """A departure of the real from the simulated. Subclasses say what it does, in one file each."""
+
+    name: ClassVar[str]
+    source: ClassVar[Source]
+    parameters: ClassVar[tuple[Parameter, ...]]
+
+    def parameter(self, name: str) -> Parameter:
+        """The parameter called `name`; UserError with the nearest name where there is none."""
+        for parameter in self.parameters:
+            if parameter.name == name:
+                return parameter
+        raise UserError(f"{self.name} has no parameter '{name}': {nearest(name, [p.name for p in self.parameters])}")
+
+    def check(self, values: Mapping[str, object], where: str = "") -> dict[str, float]:
+        """All parameters as floats, in declared order; UserError for a name, gap or value that cannot be."""
+        for name in values:
+            self.parameter(name)
+        missing = [p.name for p in self.parameters if p.name not in values]
+        if missing:
+            raise UserError(f"{where or self.name}: missing {', '.join(missing)}")
+        return {p.name: p.check(values[p.name], where or self.name) for p in self.parameters}
+
+    def is_neutral(self, values: Mapping[str, Any]) -> Any:
+        """Whether the effect vanishes: every parameter that has a neutral value is at it.
+
+        `values` are floats, or arrays or tensors of one shape; then so is the answer. An effect none of whose
+        parameters has a neutral value (it replaces a nominal one) never vanishes.
+        """
+        switches = [values[p.name] == p.neutral for p in self.parameters if p.neutral is not None]
+        neutral = switches[0] if switches else False
+        for switch in switches[1:]:
+            neutral = neutral & switch
+        return neutral
+
+    def moderate(self) -> dict[str, float]:
+        """The effect at a plainly visible setting."""
+        return {p.name: p.moderate for p in self.parameters}
+
+
+E = TypeVar("E", bound=Effect)
+
+
+class Registry(Generic[E]):
+    """The effects of one kind (joint, camera, contact) by name, in the order of registration."""
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self._effects: dict[str, E] = {}
+
+    def register(self, effect: type[E]) -> type[E]:
+        """Class decorator: an instance of the class joins the registry."""
+        if inspect.isabstract(effect) or effect.name in self._effects:
+            raise ValueError(f"{self.kind} effect '{effect.name}' is abstract or registered twice")
+        self._effects[effect.name] = effect()
+        return effect
+
+    def __getitem__(self, name: str) -> E:
+        if name not in self._effects:
+            raise UserError(f"no {self.kind} effect is called '{name}': {nearest(name, self._effects)}")
+        return self._effects[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._effects
+
+    def __iter__(self) -> Iterator[E]:
+        return iter(self._effects.values())
+
+    def __len__(self) -> int:
+        return len(self._effects)
