@@ -21,11 +21,11 @@ Source = Literal["dynamics", "actuator", "camera", "contact"]
 class Parameter:
     """One number of an effect.
 
-    `low` and `high` are its physical bounds, inclusive. `neutral` is the value at which the effect vanishes:
-    it may lie outside the bounds (an infinite full well has no shot noise), and is None for a parameter that
-    switches nothing by itself (a direction). `moderate` is a plainly visible setting, the start of a search
-    or the example in a table. `scale` says in which measure equal steps matter equally, for drawing and for
-    fitting.
+    `low` and `high` are its physical bounds, inclusive. `neutral` is the value at which the effect vanishes: it
+    may lie outside the bounds (an infinite full well has no shot noise), and is None for a parameter that
+    switches nothing by itself (a direction). `moderate` is a plainly visible setting, the start of a search or
+    the example in a table; one in pixels is meant for a picture of 128. `scale` says in which measure equal
+    steps matter equally, for drawing and for fitting.
     """
 
     name: str

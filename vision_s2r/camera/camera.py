@@ -60,7 +60,7 @@ class Camera:
 
     @classmethod
     def single(cls, effect: str, **values: float) -> "Camera":
-        """One effect alone, always on, at its moderate setting but for the `values` given."""
+        """One effect alone, always on, at its moderate setting but for `values`; pixels are pixels at any size."""
         return cls(effect_ranges({effect: CAMERA_EFFECTS[effect].moderate() | values}))
 
     def sample(self, batch: int, generator: torch.Generator, height: int, width: int) -> CameraParameters:

@@ -25,7 +25,7 @@ class CastShadow(CameraEffect):
         Parameter("strength", "", low=0.0, high=1.0, neutral=0.0, moderate=0.5),
         Parameter("offset", "px", low=-4096.0, high=4096.0, neutral=None, moderate=0.0),
         Parameter("angle", "deg", low=-360.0, high=360.0, neutral=None, moderate=20.0),
-        Parameter("softness", "px", low=0.01, high=1024.0, neutral=None, moderate=3.0, scale="log"),
+        Parameter("softness", "px", low=0.01, high=1024.0, neutral=None, moderate=5.0, scale="log"),
     )
 
     def apply(self, images: Tensor, values: Mapping[str, Tensor], frame: Frame) -> Tensor:

@@ -24,7 +24,7 @@ class DefocusBlur(CameraEffect):
     order = 70
     optical = True
     linear_light = False
-    parameters = (Parameter("radius", "px", low=0.0, high=32.0, neutral=0.0, moderate=1.5),)
+    parameters = (Parameter("radius", "px", low=0.0, high=32.0, neutral=0.0, moderate=2.0),)
 
     def apply(self, images: Tensor, values: Mapping[str, Tensor], frame: Frame) -> Tensor:
         return convolve(images, disk_kernels(values["radius"]))

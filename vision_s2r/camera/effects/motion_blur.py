@@ -25,7 +25,7 @@ class MotionBlur(CameraEffect):
     optical = True
     linear_light = False
     parameters = (
-        Parameter("length", "px", low=0.0, high=64.0, neutral=0.0, moderate=5.0),
+        Parameter("length", "px", low=0.0, high=64.0, neutral=0.0, moderate=7.0),
         Parameter("angle", "deg", low=-360.0, high=360.0, neutral=None, moderate=30.0),
     )
 
