@@ -17,6 +17,17 @@ from vision_s2r.scene.state import SceneState
 CLASSES = ("background", "bin", "arm", "gripper", "object")
 TABLE = "table"
 
+DISTRACTOR_SIZES = (  # m
+    (0.03, 0.02, 0.01),
+    (0.04, 0.04, 0.02),
+    (0.06, 0.02, 0.008),
+    (0.05, 0.035, 0.03),
+    (0.07, 0.05, 0.006),
+    (0.025, 0.025, 0.025),
+    (0.045, 0.03, 0.012),
+    (0.065, 0.065, 0.01),
+)
+
 CANONICAL_COLOURS = {
     "background": (0.20, 0.22, 0.26),
     "bin": (0.80, 0.78, 0.70),
@@ -49,9 +60,9 @@ class Light:
 
 @dataclass(frozen=True)
 class Distractor:
-    """A box on the table beside the bin: edge lengths [3], place (x, y), yaw, its surface."""
+    """A box on the table beside the bin: which of DISTRACTOR_SIZES, place (x, y), yaw, its surface."""
 
-    size: tuple[float, float, float]
+    shape: int
     place: tuple[float, float]
     yaw: float
     surface: Surface
@@ -155,19 +166,23 @@ def _dress(
     one_arm = rng.uniform() < 0.5
     for part, kind in arm.KINDS.items():
         parts[part] = (links if kind == "arm" else jaws) if one_arm else surface()
+    objects = tuple(surface() for _ in state.object_ids)
+    return Appearance(bank, parts, objects, light, tuple(_distractors(cfg, rng, surface)))
+
+
+def _distractors(cfg: SceneConfig, rng: np.random.Generator, surface: Callable[[], Surface]) -> list[Distractor]:
+    """Low clutter on the table, beside or before the bin, where it hides nothing of it; each shape at most once."""
     low, high = cfg.appearance.distractors
-    distractors = tuple(_distractor(rng, surface()) for _ in range(rng.integers(low, high + 1)))
-    return Appearance(bank, parts, tuple(surface() for _ in state.object_ids), light, distractors)
+    shapes = rng.choice(len(DISTRACTOR_SIZES), size=rng.integers(low, high + 1), replace=False)
+    return [_distractor(rng, int(shape), surface()) for shape in shapes]
 
 
-def _distractor(rng: np.random.Generator, surface: Surface) -> Distractor:
-    """Low clutter on the table, beside or before the bin, where it hides nothing of it."""
-    size = (float(rng.uniform(0.02, 0.07)), float(rng.uniform(0.02, 0.07)), float(rng.uniform(0.005, 0.03)))
-    radius = max(size) / 2
-    beside = tray.INNER / 2 + tray.WALL + 1.5 * radius + float(rng.uniform(0.0, 0.03))
+def _distractor(rng: np.random.Generator, shape: int, surface: Surface) -> Distractor:
+    reach = max(DISTRACTOR_SIZES[shape][:2]) * 0.75
+    beside = tray.INNER / 2 + tray.WALL + reach + float(rng.uniform(0.0, 0.03))
     along = float(rng.uniform(-0.16, 0.16))
     place = [(beside, along), (-beside, along), (along, -beside)][rng.integers(3)]
-    return Distractor(size, place, float(rng.uniform(0, np.pi)), surface)
+    return Distractor(shape, place, float(rng.uniform(0, np.pi)), surface)
 
 
 def _direction(rng: np.random.Generator, low: float, high: float) -> tuple[float, float, float]:

@@ -68,8 +68,10 @@ def check(cfg: SceneConfig) -> None:
     if not 1 <= low <= high <= MAX_OBJECTS:
         raise UserError(f"scene.objects.count = [{low}, {high}]: expected 1 <= low <= high <= {MAX_OBJECTS}")
     low, high = _pair(cfg.appearance.distractors, "scene.appearance.distractors")
-    if not 0 <= low <= high:
-        raise UserError(f"scene.appearance.distractors = [{low}, {high}]: expected 0 <= low <= high")
+    if not 0 <= low <= high <= MAX_DISTRACTORS:
+        raise UserError(
+            f"scene.appearance.distractors = [{low}, {high}]: expected 0 <= low <= high <= {MAX_DISTRACTORS}"
+        )
     for name in ("textures", "real_textures", "texture_size"):
         if getattr(cfg.appearance, name) < 8:
             raise UserError(f"scene.appearance.{name} = {getattr(cfg.appearance, name)}: expected at least 8")
@@ -85,3 +87,4 @@ def _pair(values: list[int], name: str) -> tuple[int, int]:
 
 
 MAX_OBJECTS = 8
+MAX_DISTRACTORS = 8

@@ -1,8 +1,16 @@
-"""Triangle meshes with the normals and texture coordinates that textures and light need."""
+"""Triangle meshes with the normals and texture coordinates that textures and light need.
 
+The engine gets them as files: what it is given as arrays it never frees.
+"""
+
+import hashlib
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
+
+from vision_s2r.scene.cache import cache
 
 TILE = 0.12  # m of surface that one texture covers
 
@@ -41,27 +49,18 @@ def box(size: tuple[float, float, float], centre: tuple[float, float, float] = (
     return triplanar(np.concatenate([[q[[0, 1, 2]], q[[0, 2, 3]]] for q in quads]))
 
 
-def prism(radius: float, height: float, sides: int = 12) -> Mesh:
-    """An upright regular prism, centred: a cheap cylinder."""
-    angles = 2 * np.pi * np.arange(sides + 1) / sides
-    ring = radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    low, high = (np.concatenate([ring, np.full((sides + 1, 1), z)], axis=1) for z in (-height / 2, height / 2))
-    middle = np.array([[0, 0, -height / 2], [0, 0, height / 2]])
-    triangles = []
-    for k in range(sides):
-        triangles += [
-            [low[k], low[k + 1], high[k + 1]],
-            [low[k], high[k + 1], high[k]],
-            [middle[0], low[k + 1], low[k]],
-            [middle[1], high[k], high[k + 1]],
-        ]
-    return triplanar(np.array(triangles))
-
-
-def merge(*parts: Mesh) -> Mesh:
-    """Several meshes as one."""
-    return Mesh(
-        np.concatenate([p.triangles for p in parts]),
-        np.concatenate([p.normals for p in parts]),
-        np.concatenate([p.uv for p in parts]),
-    )
+def file(name: str, mesh: Mesh) -> Path:
+    """The mesh as a Wavefront OBJ file in the cache, written if it is not yet there."""
+    digest = hashlib.sha256(mesh.triangles.tobytes() + mesh.uv.tobytes()).hexdigest()[:12]
+    path = cache() / "meshes" / f"{name}-{digest}.obj"
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as out:
+            for key, rows in (("v", mesh.triangles), ("vt", mesh.uv), ("vn", mesh.normals)):
+                out.writelines(
+                    f"{key} {' '.join(f'{x:.7g}' for x in row)}\n" for row in rows.reshape(-1, rows.shape[2])
+                )
+            for k in range(1, 3 * len(mesh.triangles), 3):
+                out.write(f"f {k}/{k}/{k} {k + 1}/{k + 1}/{k + 1} {k + 2}/{k + 2}/{k + 2}\n")
+        Path(out.name).replace(path)
+    return path

@@ -8,7 +8,7 @@ import numpy as np
 import pybullet_data
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.scene.meshes import Mesh, triplanar
+from vision_s2r.scene import meshes
 
 SPLITS = {"train": range(900), "test": range(900, 1000)}
 URDF_SCALE = 0.015  # m per unit of the meshes, as their URDF files say
@@ -61,7 +61,8 @@ def vertices_and_faces(object_id: int) -> tuple[np.ndarray, np.ndarray]:
     return np.array(vertices), np.array(faces)
 
 
-def mesh(object_id: int, scale: float) -> Mesh:
-    """The object with flat normals and box-projected texture coordinates, which its file lacks."""
+@cache
+def mesh_file(object_id: int, scale: float) -> Path:
+    """The object at a scale, with flat normals and box-projected texture coordinates, which its own file lacks."""
     vertices, faces = vertices_and_faces(object_id)
-    return triplanar(vertices[faces] * scale)
+    return meshes.file(f"object-{object_id:03d}", meshes.triplanar(vertices[faces] * scale))

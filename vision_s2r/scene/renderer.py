@@ -5,7 +5,7 @@ from meshes that stay; between pictures only poses, colours and textures change.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from pathlib import Path
 from types import TracebackType
 
 import numpy as np
@@ -13,13 +13,14 @@ import pybullet
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.scene import arm, meshes, objects, textures, tray
-from vision_s2r.scene.appearance import CLASSES, PARTS, TABLE, Appearance, Distractor, Surface, class_of
+from vision_s2r.scene.appearance import CLASSES, DISTRACTOR_SIZES, PARTS, TABLE, Appearance, Surface, class_of
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.state import Camera, SceneState
 
 NEAR, FAR = 0.2, 2.0  # m
 LIGHT_DISTANCE = 1.2  # m, below FAR: beyond it the renderer drops shadows
 TABLE_SIZE = 1.6
+HIDDEN = (0.0, 0.0, -20.0)  # below the table, out of every picture
 
 
 @dataclass(frozen=True)
@@ -45,13 +46,15 @@ class Renderer:
             "real": textures.bank(textures.REAL, look.real_textures, look.texture_size, look.texture_seed),
         }
         self.textures = {name: [self._texture(path) for path in paths] for name, paths in self.banks.items()}
-        self.parts = {part: self._body(_part_mesh(part)) for part in PARTS}
+        self.parts = {part: self._body(meshes.file(part, _part_mesh(part))) for part in PARTS}
         for part in tray.PARTS:
             self._move(self.parts[part.name], part.position, (0, 0, 0, 1))
         self.shapes: dict[int, int] = {}
         self.state: SceneState | None = None
         self.objects: list[int] = []
-        self.distractors: list[int] = []
+        self.distractors = [
+            self._body(meshes.file(f"distractor-{k}", meshes.box(size))) for k, size in enumerate(DISTRACTOR_SIZES)
+        ]
 
     def render(
         self,
@@ -113,14 +116,11 @@ class Renderer:
         for body, surface in zip(self.objects, look.objects, strict=True):
             self._paint(body, surface, look.bank)
         for body in self.distractors:
-            pybullet.removeBody(body, physicsClientId=self.client)
-        self.distractors = [self._distractor(thing, look.bank) for thing in look.distractors]
-
-    def _distractor(self, thing: Distractor, bank: str) -> int:
-        body = self._body(meshes.box(thing.size))
-        self._move(body, (*thing.place, thing.size[2] / 2 - tray.DEPTH_OF_FLOOR), _yaw(thing.yaw))
-        self._paint(body, thing.surface, bank)
-        return body
+            self._move(body, HIDDEN, (0, 0, 0, 1))
+        for thing in look.distractors:
+            body, height = self.distractors[thing.shape], DISTRACTOR_SIZES[thing.shape][2]
+            self._move(body, (*thing.place, height / 2 - tray.DEPTH_OF_FLOOR), _yaw(thing.yaw))
+            self._paint(body, thing.surface, look.bank)
 
     def _labels(self, bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Class ids and instances [S, S] from body ids."""
@@ -148,26 +148,19 @@ class Renderer:
     def _move(self, body: int, position: tuple[float, ...], quaternion: tuple[float, ...]) -> None:
         pybullet.resetBasePositionAndOrientation(body, position, quaternion, physicsClientId=self.client)
 
-    def _texture(self, path: object) -> int:
+    def _texture(self, path: Path) -> int:
         return pybullet.loadTexture(str(path), physicsClientId=self.client)
 
     def _object(self, object_id: int, pose: tuple[float, ...]) -> int:
         if object_id not in self.shapes:
-            self.shapes[object_id] = self._shape(objects.mesh(object_id, self.cfg.objects.scale))
+            self.shapes[object_id] = self._shape(objects.mesh_file(object_id, self.cfg.objects.scale))
         return pybullet.createMultiBody(0, -1, self.shapes[object_id], pose[:3], pose[3:], physicsClientId=self.client)
 
-    def _body(self, mesh: meshes.Mesh) -> int:
+    def _body(self, mesh: Path) -> int:
         return pybullet.createMultiBody(0, -1, self._shape(mesh), physicsClientId=self.client)
 
-    def _shape(self, mesh: meshes.Mesh) -> int:
-        return pybullet.createVisualShape(
-            pybullet.GEOM_MESH,
-            vertices=mesh.triangles.reshape(-1, 3).tolist(),
-            indices=list(range(3 * len(mesh.triangles))),
-            normals=mesh.normals.reshape(-1, 3).tolist(),
-            uvs=mesh.uv.reshape(-1, 2).tolist(),
-            physicsClientId=self.client,
-        )
+    def _shape(self, mesh: Path) -> int:
+        return pybullet.createVisualShape(pybullet.GEOM_MESH, fileName=str(mesh), physicsClientId=self.client)
 
     def __enter__(self) -> "Renderer":
         return self
@@ -178,7 +171,6 @@ class Renderer:
         pybullet.disconnect(physicsClientId=self.client)
 
 
-@cache
 def _part_mesh(part: str) -> meshes.Mesh:
     if part == TABLE:
         top = -tray.DEPTH_OF_FLOOR

@@ -4,7 +4,6 @@ A bank is a folder of PNG files in the cache, made once: PyBullet reads textures
 """
 
 import hashlib
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -13,14 +12,11 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from vision_s2r.scene.cache import cache
+
 VERSION = 2  # part of a bank's name: raise it when a family changes
 Texture = np.ndarray  # float [S, S, 3] in [0, 1]
 Family = Callable[[np.random.Generator, int], Texture]
-
-
-def cache() -> Path:
-    """Where derived files are kept: $VISION_S2R_CACHE, else ~/.cache/vision_s2r."""
-    return Path(os.environ.get("VISION_S2R_CACHE", Path.home() / ".cache" / "vision_s2r"))
 
 
 def bank(families: dict[str, Family], count: int, size: int, seed: int) -> list[Path]:
