@@ -1,0 +1,70 @@
+"""Tiny rendered scenes, and networks that stand in for trained ones, each with its checkpoint."""
+
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from vision_s2r.grasp import GraspConfig, Grasps
+from vision_s2r.render import RenderConfig, render
+from vision_s2r.scene import SceneConfig
+from vision_s2r.scene.config import AppearanceConfig, ObjectsConfig
+from vision_s2r.training import checkpoint
+from vision_s2r.training.checkpoint import Checkpoint
+
+SIZE = 32
+APPEARANCE = AppearanceConfig(textures=8, real_textures=8, texture_size=16)
+SCENE = SceneConfig(objects=ObjectsConfig(split="test"), appearance=APPEARANCE)
+
+
+def render_scenes(out: Path, scene: SceneConfig = SCENE, **keys: object) -> Path:
+    """Four scenes with everything that an evaluation reads, but for `keys` of RenderConfig."""
+    settings = {"scenes": 4, "seed": 5, "size": SIZE, "margin": 4, "views": 1, "real": True, "grasps": 0, "workers": 1}
+    return render(scene, RenderConfig(out=str(out), **{**settings, **keys}))
+
+
+class GreenPolicy:
+    """Aims at the middle of the green (objects are, in canonical pictures), `offset` metres to the right of it."""
+
+    def __init__(self, path):
+        found = checkpoint.load(path, "q_function")
+        self.offset = found.tensors["offset"].item()
+        self.cfg, self.size = GraspConfig(picture=found.configuration["picture"]), found.normalisation["size"]
+        self.asked = 0
+
+    def act(self, canonical, intrinsics, extrinsics, seeds, source=None):
+        assert canonical.dtype == torch.uint8 and canonical.shape[1:] == (SIZE, SIZE, 3)
+        assert len(seeds) == len(canonical) and source is None
+        self.asked += 1
+        actions, q = [], []
+        for picture, k, world_to_camera in zip(canonical.numpy(), intrinsics.numpy(), extrinsics.numpy(), strict=True):
+            red, green, blue = picture.astype(float).transpose(2, 0, 1)
+            greenness = np.maximum(green - np.maximum(red, blue), 0) ** 3
+            v, u = np.unravel_index(greenness.argmax(), greenness.shape)
+            ray = world_to_camera[:3, :3].T @ [(u - k[2]) / k[0], (v - k[3]) / k[1], 1]
+            eye = -world_to_camera[:3, :3].T @ world_to_camera[:3, 3]
+            x, y, _ = eye + ray * (0.02 - eye[2]) / ray[2]
+            actions.append([np.clip(x + self.offset, -0.11, 0.11), np.clip(y, -0.11, 0.11), 0.3])
+            q.append(greenness.max() / 255**3)
+        return Grasps(torch.tensor(actions, dtype=torch.float32), torch.tensor(q))
+
+
+class MirrorTranslator:
+    """The picture in a mirror."""
+
+    def __init__(self, path):
+        checkpoint.load(path, "translator")
+
+    def __call__(self, images):
+        return images.flip(2)
+
+
+def save_policy(path: Path, offset: float = 0.0, picture: str = "canonical", size: int = SIZE) -> str:
+    tensors = {"offset": torch.tensor([offset])}
+    checkpoint.save(path, Checkpoint("q_function", {"picture": picture}, {"size": size}, {"step": 1}, tensors))
+    return str(path)
+
+
+def save_translator(path: Path, **configuration: object) -> str:
+    checkpoint.save(path, Checkpoint("translator", configuration, {}, {"step": 1}, {"nothing": torch.zeros(1)}))
+    return str(path)

@@ -1,0 +1,110 @@
+"""Success with its uncertainty: of one policy, and of two policies on the same scenes.
+
+Outcomes are arrays bool [S, N]: S training seeds, each on the same N scenes. Attempts in one scene depend on each
+other (a hard scene is hard for every seed), as do those of one seed, so they are no S x N independent trials.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.stats import binomtest
+from statsmodels.stats.proportion import proportion_confint
+
+CONFIDENCE = 0.95
+RESAMPLES = 10_000
+CHUNK = 500  # resamples drawn at a time: bounds the memory for many scenes
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value and its 95 % interval. Of ratios: inf over no success, nan where neither row had any."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """Resamples of the same scenes for every cell of a table, so that differences between cells are paired.
+
+    Each resample draws N scenes with replacement and, where there is more than one, S training seeds with
+    replacement, independently; an attempt counts as often as its scene times its seed (the pigeonhole bootstrap of
+    crossed factors: Owen 2007, Ann. Appl. Stat. 1(2), doi:10.1214/07-AOAS122). Intervals are percentiles. With the
+    few seeds that anybody trains, the spread between them is known poorly and drawn too narrow by about
+    (S - 1) / S: an interval speaks of these scenes more than of trainings to come.
+    """
+
+    scenes: int
+    seed: int = 0
+
+    @cached_property
+    def _scene_counts(self) -> np.ndarray:
+        """float32 [RESAMPLES, N]: how often a resample holds a scene."""
+        rng = np.random.default_rng([self.seed, 0])
+        counts = np.empty((RESAMPLES, self.scenes), dtype=np.float32)
+        for start in range(0, RESAMPLES, CHUNK):
+            drawn = rng.integers(self.scenes, size=(CHUNK, self.scenes))
+            flat = drawn + self.scenes * np.arange(CHUNK)[:, None]
+            counts[start : start + CHUNK] = np.bincount(flat.ravel(), minlength=flat.size).reshape(flat.shape)
+        return counts
+
+    def _seed_counts(self, seeds: int) -> np.ndarray:
+        """[RESAMPLES, S]: how often a resample holds a training seed; the same for all rows of S seeds."""
+        rng = np.random.default_rng([self.seed, seeds])
+        return rng.multinomial(seeds, np.full(seeds, 1 / seeds), size=RESAMPLES)
+
+    def means(self, outcomes: np.ndarray) -> np.ndarray:
+        """Success [RESAMPLES] of outcomes [S, N] in each resample."""
+        by_seed = (self._scene_counts @ outcomes.T.astype(np.float32)).astype(float) / self.scenes  # exact: whole
+        return (by_seed * self._seed_counts(len(outcomes))).sum(axis=1) / len(outcomes)
+
+    def difference(self, first: np.ndarray, second: np.ndarray) -> Estimate:
+        """Success of `first` minus that of `second`, [S, N] each, over the same scenes.
+
+        Where both have the same number of seeds, the k-th of both are drawn together.
+        """
+        value = float(first.mean() - second.mean())
+        return _percentiles(value, self.means(first) - self.means(second))
+
+    def ratio(self, first: np.ndarray, second: np.ndarray) -> Estimate:
+        """Success of `first` over that of `second`, as `difference`; a resample without any may mean any ratio."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            value = np.divide(first.mean(), second.mean())
+            resampled = self.means(first) / self.means(second)
+        low = _percentiles(0, np.nan_to_num(resampled, nan=0, posinf=np.inf)).low
+        high = _percentiles(0, np.nan_to_num(resampled, nan=np.inf, posinf=np.inf)).high
+        return Estimate(float(value), low, high)
+
+    def success(self, outcomes: np.ndarray) -> Estimate:
+        """Share of successes in outcomes [S, N].
+
+        One seed: Wilson's interval. Several: the bootstrap's, or, where all attempts ended alike and no resample
+        can differ, Wilson's with one trial a scene.
+        """
+        value = float(outcomes.mean())
+        if len(outcomes) > 1 and 0 < value < 1:
+            return _percentiles(value, self.means(outcomes))
+        return wilson(round(value * self.scenes), self.scenes)
+
+
+def wilson(successes: int, attempts: int) -> Estimate:
+    """Share of successes of independent attempts, with Wilson's score interval."""
+    low, high = proportion_confint(successes, attempts, alpha=1 - CONFIDENCE, method="wilson")
+    return Estimate(successes / attempts, float(low), float(high))
+
+
+def mcnemar(first: np.ndarray, second: np.ndarray) -> float:
+    """Exact two-sided p-value that two policies succeed equally often, from outcomes [N] on the same scenes."""
+    only_first, only_second = int((first & ~second).sum()), int((~first & second).sum())
+    if only_first + only_second == 0:
+        return 1.0
+    return float(binomtest(only_first, only_first + only_second).pvalue)
+
+
+def _percentiles(value: float, resampled: np.ndarray) -> Estimate:
+    tail = (1 - CONFIDENCE) / 2
+    # No interpolation: resampled ratios may be infinite.
+    low, high = np.quantile(resampled, [tail, 1 - tail], method="inverted_cdf")
+    return Estimate(value, float(low), float(high))
