@@ -28,6 +28,8 @@ class Config:
     name: str = "default"
     seed: int = 0
     seeds: int = 1
+    with_baseline: bool = True
+    jobs: int = 1
     out: str = "outputs"
     scene: SceneConfig = field(default_factory=SceneConfig)
     render: RenderConfig = field(default_factory=RenderConfig)
@@ -36,6 +38,7 @@ class Config:
     validation_camera: CameraConfig = field(default_factory=CameraConfig)
     translate: TranslateConfig = field(default_factory=TranslateConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
+    baseline: GraspConfig = field(default_factory=GraspConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
 
 

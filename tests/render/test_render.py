@@ -155,4 +155,4 @@ def test_missing_and_foreign_manifests(tmp_path):
 
 def test_depth_is_metres(views):
     depth = views.all("depth").numpy()
-    assert 0.4 < depth.min() and depth.max() < 1.0 and depth.dtype == np.float32
+    assert depth.min() > 0.4 and depth.max() < 1.0 and depth.dtype == np.float32

@@ -15,11 +15,12 @@ from torch import Tensor
 
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
+from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training.checkpoint import load, load_state
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
-from vision_s2r.translate.config import DiscriminatorConfig, LossConfig, NetworkConfig
+from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 SIZE, MARGIN, VIEWS = 32, 2, 2

@@ -3,20 +3,11 @@
 from dataclasses import asdict, dataclass, field
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 PICTURES = ("randomised", "real")
-
-
-@dataclass
-class NetworkConfig:
-    """The U-Net."""
-
-    width: int = 32  # channels of the finest level, which is at half the picture's resolution; each next has twice
-    levels: int = 4  # resolutions, from a half down to 1 / 2^levels
-    blocks: int = 1  # residual blocks of a level on the way down, and again on the way up
-    detail: int = 24  # channels at full resolution
 
 
 @dataclass
@@ -61,7 +52,7 @@ def check(cfg: TranslateConfig) -> None:
     training_config.check(cfg.training)
     for name in ("network", "discriminator"):
         for key, value in asdict(getattr(cfg, name)).items():
-            if value <= 0:
+            if value <= 0 and (key != "rectifier" or value < 0):
                 raise UserError(f"translate.{name}.{key} = {value}: expected a number above 0")
     for key, value in asdict(cfg.loss).items():
         if key != "adversarial_form" and value < 0:

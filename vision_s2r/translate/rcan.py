@@ -12,12 +12,12 @@ from torch import Tensor
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.images import to_float
+from vision_s2r.networks.unet import UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, frozen, train
 from vision_s2r.translate import losses, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
-from vision_s2r.translate.unet import UNet
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken

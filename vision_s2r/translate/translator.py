@@ -7,9 +7,8 @@ from torch import Tensor
 
 from vision_s2r.errors import UserError
 from vision_s2r.images import to_float, to_uint8
+from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.training import checkpoint
-from vision_s2r.translate.config import NetworkConfig
-from vision_s2r.translate.unet import UNet
 
 CHUNK = 64  # pictures at a time
 

@@ -1,10 +1,11 @@
-"""The translator's network: a U-Net from a source picture to canonical picture, segmentation and depth.
+"""The U-Net: from a picture to maps of it, such as its canonical look, segmentation and depth.
 
 Most of the work is done from half resolution down, reached by moving pixels into channels (the reverse of Shi et al.
 2016, arXiv:1609.05158), which loses nothing and is four times cheaper. A thin full-resolution stage at the end, which
 sees the source pixels again, puts edges where they belong.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import torch
@@ -12,9 +13,20 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from vision_s2r.errors import UserError
-from vision_s2r.translate.config import NetworkConfig
 
 GROUP = 8  # channels a group of a normalisation
+RECTIFIER_POINTS = 4  # along each side
+
+
+@dataclass
+class NetworkConfig:
+    """The size of a U-Net."""
+
+    width: int = 24  # channels of the finest level, which is at half the picture's resolution; each next has twice
+    levels: int = 4  # resolutions, from a half down to 1 / 2^levels
+    blocks: int = 1  # residual blocks of a level on the way down, and again on the way up
+    detail: int = 24  # channels at full resolution
+    rectifier: int = 16  # channels of what undoes the camera's pose and lens before all else; 0: nothing does
 
 
 class ResidualBlock(nn.Module):
@@ -42,6 +54,46 @@ class Stage(nn.Sequential):
         super().__init__(*(ResidualBlock(inputs if i == 0 else outputs, outputs) for i in range(blocks)))
 
 
+class Rectifier(nn.Module):
+    """Sees how the camera that took a picture hangs, and undoes it: a spatial transformer (Jaderberg et al. 2015).
+
+    In and out: float [B, 3, H, W]. What it samples the picture at is a smooth field, of which it predicts a grid of
+    `points` x `points` displacements; it begins as the identity.
+    """
+
+    def __init__(self, width: int, points: int):
+        super().__init__()
+        self.points = points
+        self.features = nn.Sequential(
+            nn.PixelUnshuffle(2),
+            *_halving(12, width),
+            *_halving(width, 2 * width),
+            *_halving(2 * width, 4 * width),
+            nn.AdaptiveAvgPool2d(4),
+            nn.Flatten(),
+            nn.Linear(64 * width, 4 * width),
+            nn.SiLU(),
+        )
+        self.displacements = nn.Linear(4 * width, 2 * points**2)
+        nn.init.zeros_(self.displacements.weight)
+        nn.init.zeros_(self.displacements.bias)
+
+    def forward(self, images: Tensor) -> Tensor:
+        height, width = images.shape[-2:]
+        coarse = self.displacements(self.features(4 * (images - 0.5))).float().view(-1, 2, self.points, self.points)
+        field = F.interpolate(0.2 * coarse, size=(height, width), mode="bicubic", align_corners=True)
+        still = F.affine_grid(torch.eye(2, 3, device=images.device)[None], [1, 1, height, width], align_corners=False)
+        return F.grid_sample(images.float(), still + field.movedim(1, -1), padding_mode="border", align_corners=False)
+
+
+def _halving(inputs: int, outputs: int) -> list[nn.Module]:
+    return [
+        nn.Conv2d(inputs, outputs, 3, stride=2, padding=1, bias=False),
+        nn.GroupNorm(outputs // GROUP, outputs),
+        nn.SiLU(),
+    ]
+
+
 class UNet(nn.Module):
     """U-Net (Ronneberger et al. 2015, arXiv:1505.04597).
 
@@ -56,6 +108,7 @@ class UNet(nn.Module):
         widths = [cfg.width * 2**level for level in range(cfg.levels)]
         if any(width % GROUP for width in (*widths, cfg.detail)):
             raise UserError(f"network: width {cfg.width} and detail {cfg.detail}: expected multiples of {GROUP}")
+        self.rectifier = Rectifier(cfg.rectifier, RECTIFIER_POINTS) if cfg.rectifier else nn.Identity()
         self.stem = nn.Conv2d(3 * 4, widths[0], 3, padding=1)
         pairs = list(pairwise(widths))
         self.down = nn.ModuleList(Stage(w, w, cfg.blocks) for w in widths[:-1])
@@ -69,7 +122,7 @@ class UNet(nn.Module):
         self.head = nn.Conv2d(cfg.detail, sum(heads.values()), 3, padding=1)
 
     def forward(self, images: Tensor) -> dict[str, Tensor]:
-        source = 4 * (images - 0.5)
+        source = 4 * (self.rectifier(images) - 0.5)
         x = self.stem(F.pixel_unshuffle(source, 2))
         skips = []
         for stage, downsample in zip(self.down, self.downsample, strict=True):

@@ -1,0 +1,54 @@
+"""A mistake on the command line is one clear line with the nearest valid name, and exit code 2."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vision_s2r.cli import CONFIGS, compose
+from vision_s2r.config import Config
+from vision_s2r.errors import UserError
+
+SCRIPTS = sorted((CONFIGS.parent / "scripts").glob("*.py"))
+
+
+@pytest.mark.parametrize(
+    ("override", "message"),
+    [
+        ("render.sise=32", r"'render\.sise'.*did you mean 'render\.size'"),
+        ("render.size=big", r"render\.size"),
+        ("camera=webcm", "did you mean 'webcam'"),
+        ("experiment=dmo", "did you mean 'demo'"),
+        ("scene.physics.squeeze_force=hard", "squeeze_force"),
+        ("translate.loss.adversarail=0", r"did you mean 'translate\.loss\.adversarial'"),
+    ],
+)
+def test_a_mistake_names_the_nearest_valid_one(override, message):
+    with pytest.raises(UserError, match=message):
+        compose(Config, overrides=[override])
+
+
+@pytest.mark.parametrize("name", ["demo", "full", "debug", "cpu"])
+def test_experiments_compose_and_are_typed(name):
+    cfg = compose(Config, overrides=[f"experiment={name}", "translate.loss.adversarial=0", "camera=none"])
+    assert cfg.name == name and cfg.translate.loss.adversarial == 0 and not cfg.camera.effects
+    assert cfg.data.test.out == f"renders/{name}/test"
+
+
+def test_every_key_of_every_yaml_has_a_comment_over_it():
+    bare = []
+    for path in CONFIGS.rglob("*.yaml"):
+        lines = path.read_text().splitlines()
+        if not lines[0].startswith("#"):
+            bare.append(path.name)
+    assert not bare
+
+
+def test_scripts_are_thin_and_fail_in_one_line():
+    assert all(len(path.read_text().splitlines()) <= 40 for path in SCRIPTS)
+    script = Path("scripts/render.py")
+    done = subprocess.run([sys.executable, script, "render.scenes=0"], capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.splitlines()[-1] == "error: render.scenes = 0: expected at least 1"
+    assert "Traceback" not in done.stderr
