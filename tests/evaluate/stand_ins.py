@@ -1,11 +1,14 @@
 """Tiny rendered scenes, and networks that stand in for trained ones, each with its checkpoint."""
 
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import torch
 
 from vision_s2r.grasp import GraspConfig, Grasps
+from vision_s2r.grasp.forms import build
+from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.render import RenderConfig, render
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.config import AppearanceConfig, ObjectsConfig
@@ -67,4 +70,21 @@ def save_policy(path: Path, offset: float = 0.0, picture: str = "canonical", siz
 
 def save_translator(path: Path, **configuration: object) -> str:
     checkpoint.save(path, Checkpoint("translator", configuration, {}, {"step": 1}, {"nothing": torch.zeros(1)}))
+    return str(path)
+
+
+def save_untrained_policy(path: Path, cfg: GraspConfig) -> str:
+    """A checkpoint that `GraspPolicy` loads."""
+    torch.manual_seed(0)
+    tensors = {f"q_function.{name}": value for name, value in build(cfg).state_dict().items()}
+    checkpoint.save(path, Checkpoint("q_function", asdict(cfg), {"size": SIZE}, {"step": 0}, tensors))
+    return str(path)
+
+
+def save_untrained_translator(path: Path, cfg: NetworkConfig) -> str:
+    """A checkpoint that `Translator` loads."""
+    torch.manual_seed(0)
+    tensors = {f"unet.{name}": value for name, value in UNet(cfg, {"canonical": 3}).state_dict().items()}
+    configuration = {"network": asdict(cfg), "heads": {"canonical": 3}}
+    checkpoint.save(path, Checkpoint("translator", configuration, {"depth_range": [0.5, 1]}, {"step": 0}, tensors))
     return str(path)

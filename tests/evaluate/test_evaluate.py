@@ -12,7 +12,17 @@ import cv2
 import numpy as np
 import pytest
 import torch
-from stand_ins import SCENE, SIZE, GreenPolicy, MirrorTranslator, render_scenes, save_policy, save_translator
+from stand_ins import (
+    SCENE,
+    SIZE,
+    GreenPolicy,
+    MirrorTranslator,
+    render_scenes,
+    save_policy,
+    save_translator,
+    save_untrained_policy,
+    save_untrained_translator,
+)
 
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import attempts, drawing, evaluate, page
@@ -20,6 +30,9 @@ from vision_s2r.evaluate.columns import columns, pictures
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
 from vision_s2r.evaluate.rows import Loaders
 from vision_s2r.evaluate.scenes import Scenes
+from vision_s2r.grasp import GraspConfig
+from vision_s2r.grasp.config import CemConfig
+from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.render import Views
 from vision_s2r.scene import attempt
 from vision_s2r.scene.config import ObjectsConfig, PhysicsConfig
@@ -126,7 +139,7 @@ def test_the_page_shows_every_column_and_stands_alone(finished):
     for name in COLUMNS:
         assert f"<th>{name}</th>" in text and f"<h3>{name}</h3>" in text
     failures = page.worst_failures(table)
-    assert failures and text.count("<img ") == len(COLUMNS) * 5 + len(failures)
+    assert failures and text.count("<img ") == len(COLUMNS) * 4 + len(failures)
     assert not re.search(r"""(?:src|href)=["'](?!data:)""", text)
     for failure in failures:
         assert table.outcomes("oracle", failure.column.name)[failure.seed, failure.scene]
@@ -179,6 +192,27 @@ def test_a_damaged_cell_is_measured_again(cfg, loaders):
     path.write_text(whole[:100])
     evaluate(cfg, SCENE, loaders.loaders)
     assert path.read_text() == whole
+
+
+def test_trained_networks_are_read_from_their_checkpoints(cfg, tmp_path):
+    small = {"width": 8, "cem": CemConfig(samples=8, iterations=2)}
+    plain = save_untrained_policy(tmp_path / "plain.safetensors", GraspConfig(**small))
+    paired = save_untrained_policy(
+        tmp_path / "paired.safetensors", GraspConfig(with_source=True, validate_on="real", **small)
+    )
+    translator = save_untrained_translator(tmp_path / "t.safetensors", NetworkConfig(width=8, levels=2, detail=8))
+    rows = {
+        "oracle": RowConfig([plain], None, "canonical"),
+        "oracle_with_source": RowConfig([paired], None, "canonical"),
+        "rcan": RowConfig([plain], [translator]),
+    }
+    cfg = replace(cfg, rows=rows, differences=[["oracle", "rcan"]], cameras=[], effects=[], limit=1, strip=1)
+    table = evaluate(cfg, SCENE)
+    looked = {row: [table.cells[row, c][0].grasps.tolist() for c in ("canonical", "real")] for row in rows}
+    assert looked["oracle"][0] == looked["oracle"][1]
+    assert looked["oracle_with_source"][0] != looked["oracle_with_source"][1]
+    assert looked["rcan"][0] != looked["rcan"][1]
+    assert np.all((table.cells["rcan", "real"][0].q > 0) & (table.cells["rcan", "real"][0].q < 1))
 
 
 def test_a_picture_depends_on_its_own_scene_alone(cfg, scenes):

@@ -42,7 +42,7 @@ class EvaluateConfig:
     differences: list[list[str]] = field(default_factory=list)
     ratios: list[list[str]] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
-    strip: int = 6
+    strip: int = 5
     worst: int = 12
     backend: str = "loky"
     workers: int = -1

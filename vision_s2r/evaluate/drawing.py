@@ -60,7 +60,7 @@ def strip(tiles: list[np.ndarray]) -> np.ndarray:
 
 def data_uri(picture: np.ndarray) -> str:
     """The picture as PNG inside an address, for a page that stands alone."""
-    done, encoded = cv2.imencode(".png", picture[..., ::-1])
+    done, encoded = cv2.imencode(".png", picture[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 6])
     if not done:
         raise UserError(f"a picture of shape {picture.shape} cannot be encoded as PNG")
     return "data:image/png;base64," + base64.b64encode(encoded.tobytes()).decode()

@@ -32,7 +32,7 @@ def evaluate(cfg: EvaluateConfig, scene_cfg: SceneConfig, loaders: Loaders | Non
     seen = columns(cfg)
     scenes = Scenes.open(cfg, scene_cfg)
     rows = load_rows(cfg, scenes.views.size, loaders or Loaders())
-    for name in cfg.rows.keys() - rows.keys():
+    for name in [name for name in cfg.rows if name not in rows]:
         CONSOLE.print(f"row {name} is left out: no checkpoints are configured")
     cells = _Cells(cfg, scenes, rows).fill(seen)
     table = Table(cfg, scenes, seen, {n: [r.checkpoints for r in runners] for n, runners in rows.items()}, cells)

@@ -12,7 +12,7 @@ from vision_s2r.evaluate import drawing
 from vision_s2r.evaluate.cells import write as write_text
 from vision_s2r.evaluate.columns import Column, pictures
 from vision_s2r.evaluate.rows import Runner
-from vision_s2r.evaluate.table import Comparison, Table, percent
+from vision_s2r.evaluate.table import Comparison, Table
 
 TEMPLATE = "page.html"
 
@@ -36,7 +36,7 @@ def write(table: Table, rows: dict[str, list[Runner]], path: Path) -> None:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"words": lambda name: name.replace("_", " "), "percent": percent}
+    environment.filters["words"] = lambda name: name.replace("_", " ")
     text = environment.get_template(TEMPLATE).render(
         table=table,
         differences=_by_pair(table.differences),
@@ -85,15 +85,16 @@ def _cameras(table: Table) -> list[dict[str, Any]]:
 
 
 def _strips(table: Table, rows: dict[str, list[Runner]], column: Column) -> Any:
-    """(label, picture) of the first scenes: the column's pictures, then what each row's policy saw and chose."""
+    """(label, picture) of the first scenes: the pictures, unless a row shows them; what each row saw and chose."""
     count = min(table.cfg.strip, len(table.scenes))
     if not count:
         return
     source, canonical = _look(table, column, list(range(count)))
     views = table.scenes.views.subset(range(count))
     geometry = list(zip(views.all("intrinsics").numpy(), views.all("extrinsics").numpy(), strict=True))
-    plain = [drawing.tile(picture, *camera) for picture, camera in zip(source.numpy(), geometry, strict=True)]
-    yield "picture", drawing.data_uri(drawing.strip(plain))
+    if not any(runners[0].sees_source for runners in rows.values()):
+        plain = [drawing.tile(picture, *camera) for picture, camera in zip(source.numpy(), geometry, strict=True)]
+        yield "picture", drawing.data_uri(drawing.strip(plain))
     for row, runners in rows.items():
         cell = table.cells[row, column.name][0]
         seen = runners[0].look(source, canonical).numpy()

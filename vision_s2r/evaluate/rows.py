@@ -56,6 +56,11 @@ class Runner:
         return self.cfg.picture == "source" or self.policy.cfg.with_source
 
     @property
+    def sees_source(self) -> bool:
+        """Whether the policy is given the column's pictures as they are."""
+        return self.cfg.picture == "source" and self.translator is None
+
+    @property
     def inputs(self) -> list[Any]:
         """JSON-able: what its grasps depend on, apart from scenes and column."""
         return [self.cfg.picture, {role: known["sha256"] for role, known in self.checkpoints.items()}]
@@ -64,7 +69,7 @@ class Runner:
         """What the policy is given, uint8 [N, H, W, 3], of the column's pictures and the true canonical ones."""
         if self.cfg.picture == "canonical":
             return canonical
-        return self.translator(source) if self.translator else source
+        return source if self.translator is None else self.translator(source)
 
     def act(self, source: Tensor, scenes: Scenes) -> tuple[np.ndarray, np.ndarray]:
         """Grasps float64 [N, 3] and Q of each [N] for the column's pictures of the scenes."""

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import rich.box
 import rich.table
 
 from vision_s2r.evaluate.cells import Cell, write
@@ -138,18 +139,25 @@ class Table:
 
     def text(self) -> rich.table.Table:
         """For the terminal: a line for each column, success in percent with its interval."""
-        table = rich.table.Table(title=f"Grasp success, %, of {len(self.scenes)} scenes of unseen objects")
-        table.add_column("pictures")
+        table = rich.table.Table(
+            title=f"Grasp success in {len(self.scenes)} scenes of unseen objects, % (95 % interval)",
+            box=rich.box.SIMPLE,
+            show_edge=False,
+            pad_edge=False,
+        )
+        table.add_column("pictures", no_wrap=True)
         for row in self.rows:
             table.add_column(row.replace("_", " "), justify="right")
         for column in self.columns:
-            table.add_row(column.name, *[percent(self.success(row, column.name)) for row in self.rows])
+            table.add_row(
+                column.name.replace("_", " "), *[_percent(self.success(row, column.name)) for row in self.rows]
+            )
         return table
 
 
-def percent(estimate: Estimate) -> str:
-    """In percent, as 85.2 [82, 88]."""
-    return f"{100 * estimate.value:.1f} [{100 * estimate.low:.0f}, {100 * estimate.high:.0f}]"
+def _percent(estimate: Estimate) -> str:
+    """In percent, as 85.2 (82–88)."""
+    return f"{100 * estimate.value:.1f} ({100 * estimate.low:.0f}–{100 * estimate.high:.0f})"
 
 
 def _record(
