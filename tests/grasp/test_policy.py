@@ -1,0 +1,176 @@
+"""Policies end to end, on bars whose grasps succeed by a known rule: train, choose, refuse."""
+
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import hydra
+import pytest
+import torch
+from bars import AREA, MARGIN, Bars
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from vision_s2r.camera import CameraConfig
+from vision_s2r.errors import UserError
+from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_policy
+from vision_s2r.grasp.config import CropConfig, DenseConfig, check
+from vision_s2r.grasp.forms import build
+from vision_s2r.networks.unet import NetworkConfig
+from vision_s2r.training import TrainingConfig, checkpoint
+
+CONFIGS = Path(__file__).resolve().parents[2] / "configs"
+CAMERA = CameraConfig(effects={"exposure": {"stops": [-0.3, 0.3]}})
+HELD_OUT = Bars(60, 1)
+SEED = 3
+INPUTS = ("canonical", "intrinsics", "extrinsics")
+
+
+def config(form: str = "crop", steps: int = 100, batch: int = 16, **changes: object) -> GraspConfig:
+    training = TrainingConfig(
+        max_steps=steps, batch_size=batch, learning_rate=4e-3, validate_every=steps, metric="auc", mode="max"
+    )
+    small = GraspConfig(
+        form=form,
+        width=16,
+        plane_height=0.0,
+        area=[AREA, AREA],
+        crop=CropConfig([0.08, 0.08], [16, 16]),
+        dense=DenseConfig(cells=32, yaw_bins=8),
+        training=replace(training, accelerator="cpu"),
+    )
+    return replace(small, **changes)  # type: ignore[arg-type]
+
+
+def trained(out: Path, cfg: GraspConfig) -> Path:
+    return train_policy(Bars(300, 0), HELD_OUT, cfg, CAMERA, out, SEED)
+
+
+def inputs(views: Bars = HELD_OUT) -> list[torch.Tensor]:
+    return [views.tensors[name] for name in INPUTS]
+
+
+@pytest.fixture(scope="module")
+def crop(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return trained(tmp_path_factory.mktemp("crop"), config())
+
+
+def test_crops_all_but_solve_it(crop: Path) -> None:
+    metrics = checkpoint.load(crop, "q_function").training["metrics"]
+    assert metrics["auc"] > 0.93 and metrics["best_of_scene"] > 0.9
+    grasps = GraspPolicy.load(crop).act(*inputs(), torch.arange(60))
+    assert float(HELD_OUT.succeeds(grasps.actions[:, None]).float().mean()) > 0.95
+    assert (grasps.q > 0.5).all() and (grasps.q <= 1).all()
+
+
+@pytest.mark.parametrize(("form", "steps", "batch", "auc"), [("dense", 60, 16, 0.75), ("trunk", 200, 32, 0.58)])
+def test_the_other_forms_learn(form: str, steps: int, batch: int, auc: float, tmp_path: Path) -> None:
+    path = trained(tmp_path, config(form, steps, batch, width=8))
+    assert checkpoint.load(path, "q_function").training["metrics"]["auc"] > auc
+
+
+def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
+    policy, seeds = GraspPolicy.load(crop), torch.arange(60)
+    together = policy.act(*inputs(), seeds)
+    assert torch.equal(policy.act(*inputs(), seeds).actions, together.actions)
+    alone = policy.act(*(t[7:8] for t in inputs()), seeds[7:8])
+    torch.testing.assert_close(alone.actions[0], together.actions[7], atol=1e-4, rtol=0)
+    floats = inputs()[0].movedim(-1, 1).float() / 255
+    torch.testing.assert_close(policy.act(floats, *inputs()[1:], seeds).q, together.q, atol=1e-4, rtol=0)
+
+
+def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
+    front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
+    cfg = config(steps=40, picture="randomised", validate_on="real", front=front)
+    found = checkpoint.load(trained(tmp_path, cfg), "q_function")
+    assert found.training["metrics"]["auc"] > 0.7
+    assert found.configuration["camera"] == asdict(CAMERA)
+    with torch.random.fork_rng():
+        torch.manual_seed(SEED)
+        before = build(cfg).front.state_dict()
+    assert all(not torch.equal(found.tensors[f"q_function.front.{name}"], before[name]) for name in before)
+    real = HELD_OUT.tensors["real"][:, MARGIN:-MARGIN, MARGIN:-MARGIN]
+    assert GraspPolicy.load(found.path).act(real, *inputs()[1:], torch.arange(60)).actions.shape == (60, 3)
+
+
+def test_source_and_canonical_together(tmp_path: Path, crop: Path) -> None:
+    policy = GraspPolicy.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
+    pictures, seeds = inputs(), torch.arange(60)
+    assert policy.act(*pictures, seeds, source=pictures[0]).q.shape == (60,)
+    with pytest.raises(UserError, match="with source pictures"):
+        policy.act(*pictures, seeds)
+    with pytest.raises(UserError, match="without source pictures"):
+        GraspPolicy.load(crop).act(*pictures, seeds, source=pictures[0])
+
+
+def test_wrong_pictures_are_refused(crop: Path) -> None:
+    policy, (pictures, *cameras), seeds = GraspPolicy.load(crop), inputs(), torch.arange(60)
+    wrong = {
+        "size": pictures[:, 1:],
+        "expected uint8": pictures.int(),
+        "outside": pictures.movedim(-1, 1).float(),
+        "expected a torch.Tensor": pictures.numpy(),
+    }
+    for message, given in wrong.items():
+        with pytest.raises(UserError, match=message):
+            policy.act(given, *cameras, seeds)  # type: ignore[arg-type]
+    with pytest.raises(UserError, match="seeds"):
+        policy.act(pictures, *cameras, seeds[:3])
+
+
+def test_foreign_checkpoints_and_views_are_refused(crop: Path, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no such checkpoint"):
+        GraspPolicy.load(tmp_path / "none.safetensors")
+    found = checkpoint.load(crop, "q_function")
+    for key, value, message in (("width", 32, "tensor"), ("form", "cube", "no policy's"), ("area", "x", "no policy's")):
+        path = tmp_path / f"{key}.safetensors"
+        checkpoint.save(path, replace(found, configuration=found.configuration | {key: value}))
+        with pytest.raises(UserError, match=message):
+            GraspPolicy.load(path)
+    unlabelled = Bars(8, 0)
+    unlabelled.names.discard("success")
+    with pytest.raises(UserError, match="no 'success'"):
+        train_policy(unlabelled, HELD_OUT, config(), CAMERA, tmp_path, 0)
+
+
+def test_compared_forms_get_the_same_time_and_try_their_grasps(tmp_path: Path) -> None:
+    forms = {form: config(form) for form in ("crop", "dense")}
+    tried: list[int] = []
+
+    def attempt(index: int, grasp: object) -> bool:
+        tried.append(index)
+        return index % 3 == 0
+
+    found = compare_forms(forms, Bars(60, 0), HELD_OUT, attempt, 0.01, tmp_path, 0)
+    assert list(found) == ["crop", "dense"] and tried == [*range(60), *range(60)]
+    assert all(result.successes == 20 and result.steps > 0 for result in found.values())
+    assert found["crop"].metrics["auc"] > 0
+
+
+@pytest.mark.parametrize("name", ["crop", "trunk", "dense", "randomised"])
+def test_configurations_are_whole_and_of_one_size(name: str) -> None:
+    with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        given = hydra.compose(f"grasp/{name}").grasp
+    cfg = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(GraspConfig), given))
+    assert isinstance(cfg, GraspConfig)
+    check(cfg)
+    policy = build(replace(cfg, front=None))
+    assert sum(p.numel() for p in policy.parameters()) == pytest.approx(170_000, rel=0.1)
+    assert (cfg.picture == "randomised") == (name == "randomised") == (cfg.front is not None)
+    with pytest.raises(OmegaConfBaseException):
+        OmegaConf.merge(OmegaConf.structured(GraspConfig), {"widht": 3})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"form": "crops"}, "did you mean 'crop'"),
+        ({"width": 20}, "multiple of 8"),
+        ({"with_source": True}, "validate_on"),
+        ({"picture": "randomised"}, "validate_on"),
+        ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),
+        ({"area": [0.1]}, "area"),
+    ],
+)
+def test_wrong_values_are_refused(changes: dict[str, object], message: str) -> None:
+    with pytest.raises(UserError, match=message):
+        check(config(**changes))  # type: ignore[arg-type]

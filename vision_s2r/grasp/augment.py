@@ -1,0 +1,71 @@
+"""What training does to pictures and to the frames they are seen in."""
+
+import math
+
+import torch
+from kornia.filters import gaussian_blur2d
+from torch import Tensor
+
+from vision_s2r.grasp.config import AugmentationConfig
+from vision_s2r.grasp.geometry import wrap
+from vision_s2r.training import Batch
+
+KERNEL = 5  # px, of the blur
+SHARPEST = 0.05  # px, standard deviation at which a Gaussian is a single pixel
+
+
+def degrade(images: Tensor, cfg: AugmentationConfig, generator: torch.Generator) -> Tensor:
+    """Pictures [B, C, H, W] in [0, 1] blurred, tinted and noisy within `cfg`'s bounds, each by its own draw."""
+    count, channels = images.shape[:2]
+
+    def draw(*shape: int) -> Tensor:
+        return torch.rand(count, *shape, 1, 1, generator=generator).to(images.device)
+
+    if cfg.blur:
+        sigma = (cfg.blur * draw()).clamp_min(SHARPEST)[:, 0].expand(-1, 2)
+        images = gaussian_blur2d(images, KERNEL, sigma, border_type="replicate")
+    gain = 1 + cfg.brightness * (2 * draw(1) - 1) + cfg.colour * (2 * draw(channels) - 1)
+    images = images * gain
+    if cfg.noise:
+        noise = torch.randn(images.shape, generator=generator).to(images.device)
+        images = images + cfg.noise * draw(1) * noise
+    return images.clamp(0, 1)
+
+
+def turn(batch: Batch, generator: torch.Generator) -> Batch:
+    """The same scenes, cameras and grasps with the world's axes turned about z, each scene by an angle of its own.
+
+    Pictures stay; what a Q-function reads as yaw varies, so it cannot learn that one yaw is like another only once.
+    """
+    extrinsics, grasps = batch["extrinsics"], batch["grasps"]
+    angle = (2 * math.pi * torch.rand(len(grasps), generator=generator)).to(grasps.device)
+    cos, sin = torch.cos(angle)[:, None], torch.sin(angle)[:, None]
+    x, y, yaw = grasps.unbind(-1)
+    turned = torch.stack([cos * x - sin * y, sin * x + cos * y, wrap(yaw + angle[:, None])], -1)
+    cos, sin = cos.to(extrinsics), sin.to(extrinsics)
+    right, ahead = extrinsics[:, :, 0], extrinsics[:, :, 1]
+    columns = [cos * right - sin * ahead, sin * right + cos * ahead, extrinsics[:, :, 2], extrinsics[:, :, 3]]
+    return batch | {"extrinsics": torch.stack(columns, -1), "grasps": turned}
+
+
+def mirror(batch: Batch, generator: torch.Generator) -> Batch:
+    """Half of the scenes as a mirror at the plane x = 0 of the world shows them, with cameras and grasps.
+
+    `batch` has images [B, C, H, W], intrinsics, extrinsics and grasps. A gripper is its own mirror image; the light
+    then comes from the other side.
+    """
+    images, grasps = batch["images"], batch["grasps"]
+    chosen = (torch.rand(len(images), generator=generator) < 0.5).to(images.device)
+    intrinsics = batch["intrinsics"].clone()
+    intrinsics[:, 2] = images.shape[-1] - 1 - intrinsics[:, 2]
+    sign = batch["extrinsics"].new_tensor([-1, 1, 1, 1])
+    mirrored = {
+        "images": images.flip(-1),
+        "intrinsics": intrinsics,
+        "extrinsics": sign[:, None] * batch["extrinsics"] * sign,
+        "grasps": torch.stack([-grasps[..., 0], grasps[..., 1], wrap(-grasps[..., 2])], -1),
+    }
+    return batch | {
+        name: torch.where(chosen.view(-1, *[1] * (value.ndim - 1)), value, batch[name])
+        for name, value in mirrored.items()
+    }

@@ -1,0 +1,39 @@
+"""From a configuration to its Q-function."""
+
+import math
+from dataclasses import replace
+
+from torch import Tensor, nn
+
+from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.crop import CropQ
+from vision_s2r.grasp.dense import DenseQ
+from vision_s2r.grasp.q_function import QFunction
+from vision_s2r.grasp.trunk import TrunkQ
+from vision_s2r.networks.unet import NetworkConfig, Rectifier, UNet
+
+
+class Front(nn.Module):
+    """A U-Net from pictures to pictures, as a correction of what comes in once the camera's pose is undone."""
+
+    def __init__(self, cfg: NetworkConfig):
+        super().__init__()
+        self.rectifier = Rectifier(cfg.rectifier) if cfg.rectifier else None
+        self.unet = UNet(replace(cfg, rectifier=0), {"picture": 3})
+
+    def forward(self, images: Tensor) -> Tensor:
+        if self.rectifier is not None:
+            images, _ = self.rectifier(images)
+        return images + self.unet(images)["picture"]
+
+
+def build(cfg: GraspConfig) -> QFunction:
+    """The Q-function of a checked configuration, with fresh weights."""
+    channels = 6 if cfg.with_source else 3
+    front = Front(cfg.front) if cfg.front else None
+    if cfg.form == "crop":
+        return CropQ(channels, cfg.width, cfg.crop, cfg.plane_height, front)
+    if cfg.form == "trunk":
+        return TrunkQ(channels, cfg.width, cfg.plane_height, front)
+    side = 2 * math.hypot(*cfg.area)
+    return DenseQ(channels, cfg.width, cfg.dense, side, cfg.plane_height, front)

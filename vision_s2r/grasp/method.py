@@ -1,0 +1,140 @@
+"""Learning Q from labelled grasps: each attempt ends at once, so Q is the chance that it succeeds."""
+
+from dataclasses import asdict
+from functools import partial
+from pathlib import Path
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.grasp import augment
+from vision_s2r.grasp.config import GraspConfig, check
+from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.metrics import measure
+from vision_s2r.images import to_float
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, train
+
+CHUNK = 64  # scenes at a time in validation
+LABELS = ("intrinsics", "extrinsics", "grasps", "success")
+SOURCES = ("randomised", "real")
+
+
+class QLearning(Method):
+    """Binary cross-entropy on the labels of all grasps of a scene, which share one encoding of its picture.
+
+    Q looks at canonical pictures, slightly degraded as a translator's are; or at source pictures through a camera
+    (domain randomisation); or at both.
+    """
+
+    kind = "q_function"
+    released = ("q_function",)
+
+    def __init__(self, cfg: GraspConfig, camera: CameraConfig, validation_camera: CameraConfig, size: int, margin: int):
+        """`size`: side of a picture; `margin`: by which source pictures are wider on each side; pixels."""
+        self._cfg, self._margin = cfg, margin
+        self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
+        network = build(cfg)
+        self.networks = {"q_function": network}
+        self.optimisers = {"q_function": adamw(network, cfg.training)}
+        cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
+        self.configuration = asdict(cfg) | cameras
+        self.normalisation = {"size": size}
+
+    def batch(self, views: ViewSource, draw: Draw) -> Batch:
+        batch = {name: views.batch(name, draw.indices) for name in pictures(self._cfg, "randomised")}
+        if "randomised" in batch:
+            which = draw.integers(batch["randomised"].shape[1])
+            batch["randomised"] = batch["randomised"][torch.arange(len(which)), which]
+        return batch | _labels(views, draw.indices)
+
+    def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
+        canonical = source = None
+        if "canonical" in batch:
+            canonical = augment.degrade(to_float(batch["canonical"]), self._cfg.augmentation, step.generator)
+        if "randomised" in batch:
+            source = self._seen(batch["randomised"], batch["intrinsics"], self._camera, step.generator)
+        batch = augment.turn(batch | {"images": beside(canonical, source)}, step.generator)
+        if self._cfg.augmentation.mirror:
+            batch = augment.mirror(batch, step.generator)
+        loss = F.binary_cross_entropy_with_logits(self._logits(batch).float(), batch["success"])
+        step.optimise(loss, "q_function")
+        return {"bce": loss}
+
+    def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
+        """As `measure`, over the attempts in the validation views."""
+        logits, success = [], []
+        for indices in torch.arange(len(views)).split(CHUNK):
+            batch = {name: views.batch(name, indices) for name in pictures(self._cfg, self._cfg.validate_on)}
+            batch = {name: t.to(self.device) for name, t in (batch | _labels(views, indices)).items()}
+            canonical = to_float(batch["canonical"]) if "canonical" in batch else None
+            source = batch.get(self._cfg.validate_on) if self._cfg.validate_on in SOURCES else None
+            if source is not None:
+                source = source[:, 0] if self._cfg.validate_on == "randomised" else source
+                source = self._seen(source, batch["intrinsics"], self._validation_camera, generator)
+            batch["images"] = beside(canonical, source)
+            logits.append(self._logits(batch).cpu())
+            success.append(batch["success"].cpu())
+        return measure(torch.cat(logits), torch.cat(success))
+
+    def _logits(self, batch: Batch) -> Tensor:
+        return self.networks["q_function"](*(batch[k] for k in ("images", "intrinsics", "extrinsics", "grasps")))
+
+    def _seen(self, source: Tensor, intrinsics: Tensor, camera: Camera, generator: torch.Generator) -> Tensor:
+        """Source pictures uint8 [B, H+2m, W+2m, 3] as a camera sees them: float [B, 3, H, W] in [0, 1]."""
+        images = to_float(source)
+        height, width = (n - 2 * self._margin for n in images.shape[-2:])
+        parameters = camera.sample(len(images), generator, height, width)
+        return camera(images, parameters, self._margin, intrinsics)
+
+
+def pictures(cfg: GraspConfig, source: str) -> list[str]:
+    """Names of the pictures that Q looks at, its sources being `source`."""
+    names = ["canonical"] if cfg.picture == "canonical" else []
+    return [*names, source] if cfg.with_source or cfg.picture != "canonical" else names
+
+
+def beside(canonical: Tensor | None, source: Tensor | None) -> Tensor:
+    """What a Q-function is given: the canonical picture's channels, then the source's, of those there are."""
+    return torch.cat([picture for picture in (canonical, source) if picture is not None], 1)
+
+
+def _labels(views: ViewSource, indices: Tensor) -> Batch:
+    labels = {name: views.batch(name, indices) for name in LABELS}
+    return labels | {name: labels[name].float() for name in ("grasps", "success")}
+
+
+def train_policy(
+    views: ViewSource,
+    validation: ViewSource,
+    cfg: GraspConfig,
+    camera: CameraConfig,
+    out: Path,
+    seed: int,
+    validation_camera: CameraConfig | None = None,
+) -> Path:
+    """Trains Q in the folder `out`, or goes on there, and returns the best checkpoint, which `GraspPolicy` loads.
+
+    `camera` is drawn from where Q looks at source pictures; `validation_camera` (without it: `camera`) where the
+    checkpoint is chosen on such. Raises UserError where the configuration or the views do not fit, and as
+    `vision_s2r.training.train`.
+    """
+    check(cfg)
+    for part, source, name in (("training", views, "randomised"), ("validation", validation, cfg.validate_on)):
+        for needed in (*pictures(cfg, name), *LABELS):
+            if needed not in source.names:
+                raise UserError(f"{part} views hold no '{needed}': {nearest(needed, source.names)}")
+        if cfg.front and source.size % 2**cfg.front.levels:
+            raise UserError(
+                f"{part} views of {source.size} px: grasp.front expects a multiple of {2**cfg.front.levels}"
+            )
+    for key in ("size", "margin"):
+        if getattr(views, key) != getattr(validation, key):
+            found = getattr(views, key), getattr(validation, key)
+            raise UserError(
+                f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
+            )
+    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin)
+    return train(method, views, validation, cfg.training, out, seed).best

@@ -1,0 +1,120 @@
+"""A trained grasp policy, which is all that another program needs."""
+
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import torch
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from torch import Tensor
+
+from vision_s2r.errors import UserError
+from vision_s2r.grasp import cem
+from vision_s2r.grasp.config import GraspConfig, check
+from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.method import beside
+from vision_s2r.grasp.q_function import QFunction
+from vision_s2r.images import to_float
+from vision_s2r.training import checkpoint
+
+
+@dataclass(frozen=True)
+class Grasps:
+    """What a policy chose, one a picture, on the CPU."""
+
+    actions: Tensor  # float32 [B, 3]: x, y (m), yaw (rad) in [-pi/2, pi/2)
+    q: Tensor  # float32 [B]: chance of success that Q gives them
+
+
+class GraspPolicy:
+    """Pictures of bins to grasps: `GraspPolicy.load(path).act(canonical, intrinsics, extrinsics, seeds)`."""
+
+    def __init__(self, q_function: QFunction, cfg: GraspConfig, size: int, device: str | torch.device = "cpu"):
+        """`size`: side of the pictures that Q was trained on, px."""
+        self.cfg, self.size = cfg, size
+        self._device = torch.device(device)
+        self._q = q_function.to(self._device).eval().requires_grad_(False)
+
+    @classmethod
+    def load(cls, path: str | Path, device: str | torch.device = "cpu") -> "GraspPolicy":
+        """The policy of a released checkpoint. Raises UserError where the file is none."""
+        found = checkpoint.load(path, "q_function")
+        cfg = _configuration(found.configuration, path)
+        size = found.normalisation.get("size")
+        if not isinstance(size, int):
+            raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
+        q_function = build(cfg)
+        found.restore("q_function", q_function)
+        return cls(q_function, cfg, size, device)
+
+    @torch.no_grad()
+    def act(
+        self,
+        canonical: Tensor,
+        intrinsics: Tensor,
+        extrinsics: Tensor,
+        seeds: Tensor,
+        source: Tensor | None = None,
+    ) -> Grasps:
+        """The best grasp that the search finds in each picture.
+
+        canonical: uint8 [B, H, W, 3] or float [B, 3, H, W] in [0, 1]; intrinsics [B, 4] and extrinsics [B, 4, 4] of
+        its camera; seeds: int [B], of each scene's search, whose result does not depend on the others in the batch;
+        source: the picture it was made from, if and only if the policy was trained with it.
+        Raises UserError for anything else.
+        """
+        if (source is not None) != self.cfg.with_source:
+            expected, found = ("with", "none") if self.cfg.with_source else ("without", "one")
+            raise UserError(f"policy: trained {expected} source pictures (grasp.with_source), but given {found}")
+        images = beside(
+            self._picture(canonical, "canonical"), None if source is None else self._picture(source, "source")
+        )
+        count = len(images)
+        for name, tensor, shape in (
+            ("intrinsics", intrinsics, (count, 4)),
+            ("extrinsics", extrinsics, (count, 4, 4)),
+            ("seeds", seeds, (count,)),
+        ):
+            if tensor.shape != shape:
+                raise UserError(f"policy: {name} of shape {tuple(tensor.shape)}: expected {shape}")
+        parts = zip(*(t.split(self.cfg.cem.scenes) for t in (images, intrinsics, extrinsics, seeds)), strict=True)
+        actions, q = zip(*(self._search(*part) for part in parts), strict=True)
+        return Grasps(torch.cat(actions).cpu(), torch.cat(q).sigmoid().cpu())
+
+    def _search(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, seeds: Tensor) -> tuple[Tensor, Tensor]:
+        encoding = self._q.encode(*(t.to(self._device) for t in (images, intrinsics, extrinsics)))
+        return cem.maximise(
+            lambda grasps: self._q.score(encoding, grasps), seeds.tolist(), self.cfg.area, self.cfg.cem, self._device
+        )
+
+    def _picture(self, picture: Tensor, name: str) -> Tensor:
+        """Either form as float32 [B, 3, H, W]."""
+        if not isinstance(picture, Tensor):
+            raise UserError(f"policy: {name} pictures are a {type(picture).__name__}: expected a torch.Tensor")
+        what = f"policy: {name} pictures of type {picture.dtype} and shape {tuple(picture.shape)}"
+        shape = (self.size, self.size, 3) if picture.dtype == torch.uint8 else (3, self.size, self.size)
+        if not (picture.dtype == torch.uint8 or picture.is_floating_point()) or not len(picture):
+            raise UserError(f"{what}: expected uint8 [B, H, W, 3], or float [B, 3, H, W] in [0, 1]")
+        if picture.shape[1:] != shape:
+            raise UserError(f"{what}: expected {('B', *shape)}, the size it was trained on")
+        if picture.dtype == torch.uint8:
+            return to_float(picture)
+        if not (picture.amin() >= 0 and picture.amax() <= 1):
+            raise UserError(f"{what} with values outside [0, 1]: expected [0, 1], or uint8 [B, H, W, 3]")
+        return picture.float()
+
+
+def _configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
+    """The policy's part of a checkpoint's configuration, typed and checked."""
+    known = {field.name for field in fields(GraspConfig)}
+    try:
+        merged = OmegaConf.merge(
+            OmegaConf.structured(GraspConfig), {name: value for name, value in values.items() if name in known}
+        )
+        cfg = OmegaConf.to_object(merged)
+        assert isinstance(cfg, GraspConfig)
+        check(cfg)
+    except (OmegaConfBaseException, UserError) as error:
+        raise UserError(f"{path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
+    return cfg
