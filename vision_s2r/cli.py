@@ -3,6 +3,7 @@
 Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
 """
 
+import logging
 import re
 import sys
 from collections.abc import Callable
@@ -25,6 +26,7 @@ def main(task: Callable[[Schema], Any], schema: type[Schema], name: str = "confi
 
     @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
     def run(cfg: DictConfig) -> None:
+        logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", datefmt="%H:%M:%S")
         or_exit(lambda: task(typed(cfg, schema)))
 
     if not any(argument.startswith("-") for argument in sys.argv[1:]):  # Hydra's own flags: a sweep, --help …

@@ -15,7 +15,7 @@ from torch.nn import functional as F
 from vision_s2r.errors import UserError
 
 GROUP = 8  # channels a group of a normalisation
-RECTIFIER_POINTS = 4  # along each side
+POINTS = 5  # of the rectifier's grid, along each side
 
 
 @dataclass
@@ -57,11 +57,12 @@ class Stage(nn.Sequential):
 class Rectifier(nn.Module):
     """Sees how the camera that took a picture hangs, and undoes it: a spatial transformer (Jaderberg et al. 2015).
 
-    In and out: float [B, 3, H, W]. What it samples the picture at is a smooth field, of which it predicts a grid of
-    `points` x `points` displacements; it begins as the identity.
+    In: float [B, 3, H, W]. Out: the picture sampled at a smooth field of displacements, and the field's values
+    [B, 2, points, points] (right, down; in halves of the picture's side) on a grid from corner to corner. It begins
+    as the identity.
     """
 
-    def __init__(self, width: int, points: int):
+    def __init__(self, width: int, points: int = POINTS):
         super().__init__()
         self.points = points
         self.features = nn.Sequential(
@@ -71,19 +72,21 @@ class Rectifier(nn.Module):
             *_halving(2 * width, 4 * width),
             nn.AdaptiveAvgPool2d(4),
             nn.Flatten(),
-            nn.Linear(64 * width, 4 * width),
+            nn.Linear(64 * width, 8 * width),
             nn.SiLU(),
         )
-        self.displacements = nn.Linear(4 * width, 2 * points**2)
+        self.displacements = nn.Linear(8 * width, 2 * points**2)
         nn.init.zeros_(self.displacements.weight)
         nn.init.zeros_(self.displacements.bias)
 
-    def forward(self, images: Tensor) -> Tensor:
+    def forward(self, images: Tensor) -> tuple[Tensor, Tensor]:
         height, width = images.shape[-2:]
-        coarse = self.displacements(self.features(4 * (images - 0.5))).float().view(-1, 2, self.points, self.points)
-        field = F.interpolate(0.2 * coarse, size=(height, width), mode="bicubic", align_corners=True)
+        features = self.features(4 * (images - 0.5))
+        coarse = self.displacements(features).float().view(-1, 2, self.points, self.points)
+        field = F.interpolate(coarse, size=(height, width), mode="bilinear", align_corners=True)
         still = F.affine_grid(torch.eye(2, 3, device=images.device)[None], [1, 1, height, width], align_corners=False)
-        return F.grid_sample(images.float(), still + field.movedim(1, -1), padding_mode="border", align_corners=False)
+        places = still + field.movedim(1, -1)
+        return F.grid_sample(images.float(), places, padding_mode="border", align_corners=False), coarse
 
 
 def _halving(inputs: int, outputs: int) -> list[nn.Module]:
@@ -98,7 +101,7 @@ class UNet(nn.Module):
     """U-Net (Ronneberger et al. 2015, arXiv:1505.04597).
 
     In: float [B, 3, H, W] in [0, 1], H and W multiples of `stride`. Out: a map [B, heads[name], H, W] for each
-    of `heads` (name: channels), linear.
+    of `heads` (name: channels), linear; and where there is a rectifier its `displacements`.
     """
 
     def __init__(self, cfg: NetworkConfig, heads: dict[str, int]):
@@ -108,7 +111,7 @@ class UNet(nn.Module):
         widths = [cfg.width * 2**level for level in range(cfg.levels)]
         if any(width % GROUP for width in (*widths, cfg.detail)):
             raise UserError(f"network: width {cfg.width} and detail {cfg.detail}: expected multiples of {GROUP}")
-        self.rectifier = Rectifier(cfg.rectifier, RECTIFIER_POINTS) if cfg.rectifier else nn.Identity()
+        self.rectifier = Rectifier(cfg.rectifier) if cfg.rectifier else None
         self.stem = nn.Conv2d(3 * 4, widths[0], 3, padding=1)
         pairs = list(pairwise(widths))
         self.down = nn.ModuleList(Stage(w, w, cfg.blocks) for w in widths[:-1])
@@ -122,7 +125,10 @@ class UNet(nn.Module):
         self.head = nn.Conv2d(cfg.detail, sum(heads.values()), 3, padding=1)
 
     def forward(self, images: Tensor) -> dict[str, Tensor]:
-        source = 4 * (self.rectifier(images) - 0.5)
+        extra = {}
+        if self.rectifier is not None:
+            images, extra["displacements"] = self.rectifier(images)
+        source = 4 * (images - 0.5)
         x = self.stem(F.pixel_unshuffle(source, 2))
         skips = []
         for stage, downsample in zip(self.down, self.downsample, strict=True):
@@ -136,4 +142,4 @@ class UNet(nn.Module):
         x = F.pixel_shuffle(self.unfold(x), 2)
         x = self.detail(torch.cat([x, source], 1))
         x = self.head(F.silu(self.norm(x)))
-        return dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True))
+        return dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True)) | extra

@@ -28,6 +28,7 @@ class LossConfig:
     ssim: float = 0.0  # 1 - structural similarity
     segmentation: float = 0.1  # cross-entropy of the classes
     depth: float = 0.2  # absolute error of the depth, in parts of its range
+    rectification: float = 1.0  # absolute error of where the rectifier samples the picture
     adversarial: float = 0.0  # against the patch discriminator
     adversarial_form: str = "hinge"  # hinge | least_squares
     focus: float = 2.0  # how much more object pixels count in image, gradient and depth than all others

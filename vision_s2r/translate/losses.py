@@ -47,12 +47,18 @@ def depth(output: Maps, target: Maps, weight: Tensor) -> Tensor:
     return (weight * (output["depth"] - target["depth"]).abs()).mean()
 
 
+def rectification(output: Maps, target: Maps, weight: Tensor) -> Tensor:
+    """Absolute error of where the picture is sampled, in tenths of half its side."""
+    return 10 * (output["displacements"] - target["displacements"]).abs().mean()
+
+
 TERMS: dict[str, Callable[[Maps, Maps, Tensor], Tensor]] = {
     "image": image,
     "gradient": gradient,
     "ssim": structure,
     "segmentation": segmentation,
     "depth": depth,
+    "rectification": rectification,
 }
 
 
@@ -63,7 +69,10 @@ def supervised(cfg: LossConfig, output: Maps, target: Maps) -> Maps:
     [B, 1, H, W] in parts of its range. `target`: the same, segmentation as class ids int64 [B, H, W].
     """
     weight = 1 + cfg.focus * (target["segmentation"] == OBJECT).unsqueeze(1).to(torch.float32)
-    return {name: term(output, target, weight) for name, term in TERMS.items() if getattr(cfg, name) > 0}
+    wanted = {name: term for name, term in TERMS.items() if getattr(cfg, name) > 0}
+    if "displacements" not in target:
+        wanted.pop("rectification", None)
+    return {name: term(output, target, weight) for name, term in wanted.items()}
 
 
 def adversarial(form: str, fake: Tensor) -> Tensor:

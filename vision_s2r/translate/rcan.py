@@ -12,12 +12,13 @@ from torch import Tensor
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.images import to_float
-from vision_s2r.networks.unet import UNet
+from vision_s2r.networks.unet import POINTS, UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, frozen, train
 from vision_s2r.translate import losses, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
+from vision_s2r.translate.rectification import SOURCES, displacements
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -55,14 +56,14 @@ class Rcan(Method):
         self.normalisation = {"depth_range": list(depth_range)}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in TARGETS}
+        batch = {name: views.batch(name, draw.indices) for name in needed(self._cfg)}
         randomised = views.batch("randomised", draw.indices)
         which = draw.integers(randomised.shape[1])
         return batch | {"source": randomised[torch.arange(len(which)), which]}
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         cfg = self._cfg.loss
-        source, target = self._seen(batch, self._camera, step.generator), self._target(batch)
+        source, target = self._pair(batch, self._camera, step.generator)
         output = self.networks["unet"](source)
         terms = losses.supervised(cfg, output, target)
         if "discriminator" not in self.networks:
@@ -78,8 +79,12 @@ class Rcan(Method):
         return terms
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
-        """Means over the views: l1, psnr (dB) and ssim of the picture, l1 of object pixels alone (object_l1),
-        intersection over union of the object class (object_iou), absolute error of depth (depth_error, m)."""
+        """Means over the views.
+
+        Of the picture: l1, psnr (dB), ssim, and l1 of its object pixels alone (object_l1); intersection over union
+        of the object class (object_iou); absolute errors of depth (depth_error, m) and of the places that the
+        rectifier samples (rectification_error, px).
+        """
         found: dict[str, list[Tensor]] = {}
         for indices in torch.arange(len(views)).split(CHUNK):
             source, target = self._held_out(views, indices, generator)
@@ -99,12 +104,15 @@ class Rcan(Method):
             columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
         return {"translation": pictures.grid(columns)}
 
-    def _seen(self, batch: Batch, camera: Camera, generator: torch.Generator) -> Tensor:
-        """The batch's source pictures as a camera sees them: float [B, 3, H, W] in [0, 1], without margin."""
+    def _pair(self, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
+        """The batch's source pictures as a camera sees them, float [B, 3, H, W] in [0, 1] without margin; targets."""
         images = to_float(batch["source"])
         size = batch["canonical"].shape[1]
         parameters = camera.sample(len(images), generator, size, size)
-        return camera(images, parameters, self._margin, batch["intrinsics"])
+        target = self._target(batch)
+        if rectifies(self._cfg):
+            target["displacements"] = displacements(batch, parameters, size, POINTS).to(images.device)
+        return camera(images, parameters, self._margin, batch["intrinsics"]), target
 
     def _target(self, batch: Batch) -> Batch:
         near, far = self._depth_range
@@ -116,11 +124,11 @@ class Rcan(Method):
 
     def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, and their targets."""
-        batch = {name: views.batch(name, indices) for name in TARGETS}
+        batch = {name: views.batch(name, indices) for name in needed(self._cfg)}
         held_out = views.batch(self._cfg.validate_on, indices)
         batch["source"] = held_out[:, 0] if self._cfg.validate_on == "randomised" else held_out
         batch = {name: tensor.to(self.device) for name, tensor in batch.items()}
-        return self._seen(batch, self._validation_camera, generator), self._target(batch)
+        return self._pair(batch, self._validation_camera, generator)
 
     def _measure(self, output: Batch, target: Batch) -> Batch:
         """Each metric as [B, 2], numerator and denominator of the mean over all samples."""
@@ -137,10 +145,23 @@ class Rcan(Method):
         if "segmentation" in output:
             guess = output["segmentation"].argmax(1) == losses.OBJECT
             found["object_iou"] = _ratio((guess & mask).sum((1, 2)), (guess | mask).sum((1, 2)))
+        if "displacements" in target:
+            off = (output["displacements"] - target["displacements"]).norm(dim=1).mean((1, 2))
+            found["rectification_error"] = _ratio(off * canonical.shape[-1] / 2)
         if "depth" in output:
             near, far = self._depth_range
             found["depth_error"] = _ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
         return found
+
+
+def rectifies(cfg: TranslateConfig) -> bool:
+    """Whether there is a rectifier that is told where to look."""
+    return cfg.network.rectifier > 0 and cfg.loss.rectification > 0
+
+
+def needed(cfg: TranslateConfig) -> tuple[str, ...]:
+    """The tensors of the views that training reads, but for the source pictures."""
+    return tuple(dict.fromkeys((*TARGETS, *SOURCES))) if rectifies(cfg) else TARGETS
 
 
 def heads_for(cfg: LossConfig) -> dict[str, int]:
@@ -173,7 +194,7 @@ def train_translator(
         if source.size % stride:
             raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
         picture = "randomised" if part == "training" else cfg.validate_on
-        for name in (picture, *TARGETS):
+        for name in (picture, *needed(cfg)):
             if name not in source.names:
                 raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
     if views.margin != validation.margin:

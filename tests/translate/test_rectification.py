@@ -1,0 +1,43 @@
+"""The truth that the rectifier learns is where the scene's own camera and the camera's effects put each pixel."""
+
+import numpy as np
+import pytest
+import torch
+from torch.nn import functional as F
+
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.images import to_float
+from vision_s2r.render import RenderConfig
+from vision_s2r.render.shard import render_scene
+from vision_s2r.scene import Renderer, SceneConfig, canonical, sample_state
+from vision_s2r.translate.rectification import displacements
+
+SIZE, MARGIN = 64, 8
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [
+        {},
+        {"camera_pose_offset": {"yaw": 0.03, "pitch": -0.02, "roll": 0.06}},
+        {"lens_distortion": {"k1": -0.3, "k2": 0.05}, "camera_pose_offset": {"yaw": 0.0, "pitch": 0.03, "roll": 0.0}},
+    ],
+)
+def test_sampling_there_gives_the_canonical_view(effects):
+    cfg = SceneConfig()
+    state = sample_state(cfg, 4, 1)
+    with Renderer(cfg) as renderer:
+        source = renderer.render(state, canonical(state), SIZE, MARGIN).rgb
+        row = render_scene(renderer, state, RenderConfig(size=SIZE, views=0, grasps=0))
+    wide, target = (to_float(torch.from_numpy(np.array(p)))[None] for p in (source, row["canonical"]))
+    batch = {name: torch.from_numpy(np.array(value))[None] for name, value in row.items()}
+    parameters = CameraParameters.of(effects, 1)
+    seen = Camera()(wide, parameters, MARGIN, batch["intrinsics"])
+    field = F.interpolate(
+        displacements(batch, parameters, SIZE, 9), size=(SIZE, SIZE), mode="bilinear", align_corners=True
+    )
+    still = F.affine_grid(torch.eye(2, 3)[None], [1, 1, SIZE, SIZE], align_corners=False)
+    undone = F.grid_sample(seen, still + field.movedim(1, -1), padding_mode="border", align_corners=False)
+    inner = (..., slice(6, -6), slice(6, -6))
+    before, after = ((p - target)[inner].abs().mean() for p in (seen, undone))
+    assert after < 0.04 and after < 0.6 * before, (before, after)
