@@ -1,26 +1,35 @@
-"""Benchmarks, side by side in one run: `python scripts/benchmark.py render [KEY=VALUE …]`."""
+"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp [KEY=VALUE …]`."""
 
 import sys
 
 from vision_s2r.cli import compose, or_exit
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.evaluate import forms
 from vision_s2r.render import benchmark as render_benchmark
 
 
-def render(cfg: Config) -> None:
+def render(overrides: list[str]) -> None:
     """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
+    cfg = compose(Config, overrides=overrides)
     render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.seed)
 
 
-BENCHMARKS = {"render": render}
+def grasp(overrides: list[str]) -> None:
+    """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
+    configs = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]) for form in ("crop", "dense", "trunk")}
+    forms.compare(configs["crop"], {form: cfg.grasp for form, cfg in configs.items()})
+
+
+BENCHMARKS = {"render": render, "grasp": grasp}
 
 
 def run(arguments: list[str]) -> None:
     """Run the benchmark named first, with the overrides that follow."""
-    if not arguments or arguments[0] not in BENCHMARKS:
-        raise UserError(f"benchmark '{' '.join(arguments[:1])}': {nearest(' '.join(arguments[:1]), BENCHMARKS)}")
-    BENCHMARKS[arguments[0]](compose(Config, overrides=arguments[1:]))
+    name = arguments[0] if arguments else ""
+    if name not in BENCHMARKS:
+        raise UserError(f"benchmark '{name}': {nearest(name, BENCHMARKS)}")
+    BENCHMARKS[name](arguments[1:])
 
 
 if __name__ == "__main__":

@@ -1,0 +1,41 @@
+"""Which form of Q grasps best after the same minutes on the same data: the comparison behind the default."""
+
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from vision_s2r.config import Config
+from vision_s2r.evaluate.statistics import wilson
+from vision_s2r.grasp.compare import compare_forms
+from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.render import Views
+from vision_s2r.scene import attempt
+
+MINUTES = 3.0  # where the configuration of a policy counts steps
+
+
+def compare(cfg: Config, forms: dict[str, GraspConfig]) -> None:
+    """Train the forms on cfg's training set, simulate their grasps in its validation set, print the table."""
+    train, validation = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+    states = validation.states()
+
+    def succeeds(index: int, grasp: np.ndarray) -> bool:
+        return attempt(cfg.scene, states[index], grasp).success
+
+    minutes = cfg.grasp.training.max_minutes or MINUTES
+    results = compare_forms(forms, train, validation, succeeds, minutes, Path(cfg.out) / "forms", cfg.seed)
+    table = Table("form", "parameters", "steps", "auc", "success", "95 % interval", "ms a scene")
+    for name, result in results.items():
+        rate = wilson(result.successes, result.scenes)
+        table.add_row(
+            name,
+            f"{result.parameters:,}",
+            str(result.steps),
+            f"{result.metrics['auc']:.3f}",
+            f"{result.successes}/{result.scenes}",
+            f"{100 * rate.low:.1f} to {100 * rate.high:.1f} %",
+            f"{result.milliseconds:.0f}",
+        )
+    Console().print(table)
