@@ -12,7 +12,7 @@ from vision_s2r.render import benchmark as render_benchmark
 def render(overrides: list[str]) -> None:
     """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
     cfg = compose(Config, overrides=overrides)
-    render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.seed)
+    render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.render.views, cfg.seed)
 
 
 def grasp(overrides: list[str]) -> None:

@@ -26,12 +26,17 @@ def main(task: Callable[[Schema], Any], schema: type[Schema], name: str = "confi
 
     @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
     def run(cfg: DictConfig) -> None:
-        logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", datefmt="%H:%M:%S")
+        log_to_terminal()
         or_exit(lambda: task(typed(cfg, schema)))
 
     if not any(argument.startswith("-") for argument in sys.argv[1:]):  # Hydra's own flags: a sweep, --help …
         or_exit(lambda: compose(schema, name, sys.argv[1:]))
     run()
+
+
+def log_to_terminal() -> None:
+    """Progress lines go to standard error; a process that has been told already stays as it is."""
+    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(message)s", datefmt="%H:%M:%S")
 
 
 def compose(schema: type[Schema], name: str = "config", overrides: list[str] | None = None) -> Schema:

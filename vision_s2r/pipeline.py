@@ -6,6 +6,7 @@ from pathlib import Path
 
 import joblib
 
+from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
@@ -44,10 +45,16 @@ def train(cfg: Config) -> list[Trained]:
     jobs: list[Callable[[Config, int], Path]] = [_translator, _policy]
     if cfg.with_baseline:
         jobs.append(_baseline)
-    calls = (joblib.delayed(job)(cfg, seed) for seed in seeds for job in jobs)
+    calls = (joblib.delayed(_logged)(job, cfg, seed) for seed in seeds for job in jobs)
     paths = joblib.Parallel(n_jobs=cfg.jobs)(calls)
     rows = [paths[k : k + len(jobs)] for k in range(0, len(paths), len(jobs))]
     return [Trained(row[0], row[1], row[2] if cfg.with_baseline else None) for row in rows]
+
+
+def _logged(job: Callable[[Config, int], Path], cfg: Config, seed: int) -> Path:
+    """One training, heard of also where it runs in a process of its own."""
+    log_to_terminal()
+    return job(cfg, seed)
 
 
 def _translator(cfg: Config, seed: int) -> Path:

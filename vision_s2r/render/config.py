@@ -14,7 +14,7 @@ class RenderConfig:
     seed: int = 0
     size: int = 64
     margin: int = 8
-    views: int = 2
+    views: int = 3
     real: bool = False
     grasps: int = 6
     shard_size: int = 50

@@ -55,12 +55,14 @@ def file(name: str, mesh: Mesh) -> Path:
     path = cache() / "meshes" / f"{name}-{digest}.obj"
     if not path.exists():
         path.parent.mkdir(parents=True, exist_ok=True)
+        corners = []
         with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as out:
             for key, rows in (("v", mesh.triangles), ("vt", mesh.uv), ("vn", mesh.normals)):
-                out.writelines(
-                    f"{key} {' '.join(f'{x:.7g}' for x in row)}\n" for row in rows.reshape(-1, rows.shape[2])
-                )
-            for k in range(1, 3 * len(mesh.triangles), 3):
-                out.write(f"f {k}/{k}/{k} {k + 1}/{k + 1}/{k + 1} {k + 2}/{k + 2}/{k + 2}\n")
+                # Each row once: the engine reads the file again for every body.
+                unique, inverse = np.unique(rows.reshape(-1, rows.shape[2]), axis=0, return_inverse=True)
+                out.writelines(f"{key} {' '.join(f'{x:.7g}' for x in row)}\n" for row in unique)
+                corners.append(1 + inverse.reshape(-1, 3))
+            for v, vt, vn in zip(*corners, strict=True):
+                out.write("f " + " ".join(f"{a}/{b}/{c}" for a, b, c in zip(v, vt, vn, strict=True)) + "\n")
         Path(out.name).replace(path)
     return path

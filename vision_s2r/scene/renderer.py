@@ -4,13 +4,13 @@ The world of a renderer has no physics. Fixed parts are made once; a scene's obj
 from meshes that stay; between pictures only poses, colours and textures change. Nothing is reset, nothing leaks.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 import numpy as np
 import pybullet
-from scipy.spatial.transform import Rotation
 
 from vision_s2r.scene import arm, meshes, objects, textures, tray
 from vision_s2r.scene.appearance import CLASSES, DISTRACTOR_SIZES, PARTS, TABLE, Appearance, Surface, class_of
@@ -180,8 +180,7 @@ def _part_mesh(part: str) -> meshes.Mesh:
 
 
 def _yaw(angle: float) -> tuple[float, float, float, float]:
-    x, y, z, w = Rotation.from_euler("z", angle).as_quat()
-    return float(x), float(y), float(z), float(w)
+    return 0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)
 
 
 def view_matrix(camera: Camera) -> list[float]:

@@ -295,7 +295,7 @@ class _Run:
         value = metrics[name]
         better = value < self.best if self._cfg.mode == "min" else value > self.best
         line = ", ".join(f"{k} {v:.4g}" for k, v in metrics.items())
-        log.info("step %d: %s%s", self.step, line, " (best)" if better else "")
+        log.info("%s: step %d, %s%s", self._out, self.step, line, " (best)" if better else "")
         if not better:
             return
         self.best = value

@@ -1,0 +1,28 @@
+"""The whole way, small: every stage runs, and a second call repeats none of them."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+
+def _run(folder: Path) -> subprocess.CompletedProcess[str]:
+    data = [f"data.{part}.out={folder}/{part}" for part in ("train", "validation", "test")]
+    command = [sys.executable, "scripts/run.py", "experiment=debug", f"out={folder}/out", *data]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+
+
+def test_render_train_evaluate_in_one_command(tmp_path):
+    done = _run(tmp_path)
+    assert done.returncode == 0, done.stderr
+    page = tmp_path / "out" / "index.html"
+    table = json.loads((tmp_path / "out" / "table.json").read_text())
+    rows = {"oracle", "no_translation", "domain_randomisation", "rcan"}
+    assert rows <= {record["row"] for record in table["cells"]}
+    assert "domain randomisation" in page.read_text()
+    made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
+    assert len(made) >= 7  # shards and three checkpoints
+
+    again = _run(tmp_path)
+    assert again.returncode == 0 and "not repeated" in again.stderr
+    assert {path: path.stat().st_mtime_ns for path in made} == made
