@@ -1,11 +1,13 @@
 """Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp [KEY=VALUE …]`."""
 
 import sys
+from pathlib import Path
 
 from vision_s2r.cli import compose, or_exit
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import forms
+from vision_s2r.render import Views
 from vision_s2r.render import benchmark as render_benchmark
 
 
@@ -18,9 +20,13 @@ def render(overrides: list[str]) -> None:
 def grasp(overrides: list[str]) -> None:
     """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
     configs = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]) for form in ("crop", "dense", "trunk")}
-    forms.compare(configs["crop"], {form: cfg.grasp for form, cfg in configs.items()})
+    cfg = configs["crop"]
+    sets = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+    policies = {form: found.grasp for form, found in configs.items()}
+    forms.compare(policies, *sets, cfg.scene, MINUTES, Path(cfg.out) / "forms", cfg.seed)
 
 
+MINUTES = 2.0  # of training for each form of Q
 BENCHMARKS = {"render": render, "grasp": grasp}
 
 

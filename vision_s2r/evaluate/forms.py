@@ -6,26 +6,29 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vision_s2r.config import Config
 from vision_s2r.evaluate.statistics import wilson
 from vision_s2r.grasp.compare import compare_forms
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render import Views
-from vision_s2r.scene import attempt
-
-MINUTES = 3.0  # where the configuration of a policy counts steps
+from vision_s2r.scene import SceneConfig, attempt
 
 
-def compare(cfg: Config, forms: dict[str, GraspConfig]) -> None:
-    """Train the forms on cfg's training set, simulate their grasps in its validation set, print the table."""
-    train, validation = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+def compare(
+    forms: dict[str, GraspConfig],
+    train: Views,
+    validation: Views,
+    scene: SceneConfig,
+    minutes: float,
+    out: Path,
+    seed: int,
+) -> None:
+    """Train each form for `minutes` on `train`, simulate its grasps in the scenes of `validation`, print the table."""
     states = validation.states()
 
     def succeeds(index: int, grasp: np.ndarray) -> bool:
-        return attempt(cfg.scene, states[index], grasp).success
+        return attempt(scene, states[index], grasp).success
 
-    minutes = cfg.grasp.training.max_minutes or MINUTES
-    results = compare_forms(forms, train, validation, succeeds, minutes, Path(cfg.out) / "forms", cfg.seed)
+    results = compare_forms(forms, train, validation, succeeds, minutes, out, seed)
     table = Table("form", "parameters", "steps", "auc", "success", "95 % interval", "ms a scene")
     for name, result in results.items():
         rate = wilson(result.successes, result.scenes)
