@@ -1,7 +1,6 @@
 """Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp [KEY=VALUE …]`."""
 
 import sys
-from pathlib import Path
 
 from vision_s2r.cli import compose, or_exit
 from vision_s2r.config import Config
@@ -19,19 +18,15 @@ def render(overrides: list[str]) -> None:
 
 def grasp(overrides: list[str]) -> None:
     """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
-    configs = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]) for form in ("crop", "dense", "trunk")}
-    cfg = configs["crop"]
-    sets = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
-    policies = {form: found.grasp for form, found in configs.items()}
-    forms.compare(policies, *sets, cfg.scene, MINUTES, Path(cfg.out) / "forms", cfg.seed)
+    cfg = compose(Config, overrides=overrides)
+    policies = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]).grasp for form in forms.FORMS}
+    forms.compare(policies, Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out), cfg.scene, cfg.out)
 
 
-MINUTES = 2.0  # of training for each form of Q
 BENCHMARKS = {"render": render, "grasp": grasp}
 
 
-def run(arguments: list[str]) -> None:
-    """Run the benchmark named first, with the overrides that follow."""
+def _run(arguments: list[str]) -> None:
     name = arguments[0] if arguments else ""
     if name not in BENCHMARKS:
         raise UserError(f"benchmark '{name}': {nearest(name, BENCHMARKS)}")
@@ -39,4 +34,4 @@ def run(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    or_exit(lambda: run(sys.argv[1:]))
+    or_exit(lambda: _run(sys.argv[1:]))

@@ -17,11 +17,11 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert done.returncode == 0, done.stderr
     page = tmp_path / "out" / "index.html"
     table = json.loads((tmp_path / "out" / "table.json").read_text())
-    rows = {"oracle", "no_translation", "domain_randomisation", "rcan"}
+    rows = {"oracle", "no_translation", "domain_randomisation", "rcan", "rcan_adapted"}
     assert rows <= {record["row"] for record in table["cells"]}
     assert "domain randomisation" in page.read_text()
     made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
-    assert len(made) >= 7  # shards and three checkpoints
+    assert len(made) >= 8  # shards and four checkpoints
 
     again = _run(tmp_path)
     assert again.returncode == 0 and "not repeated" in again.stderr

@@ -28,6 +28,7 @@ class Config:
     name: str = "default"
     seed: int = 0
     seeds: int = 1
+    with_adapted: bool = True
     with_baseline: bool = True
     jobs: int = 1
     out: str = "outputs"
@@ -38,6 +39,7 @@ class Config:
     validation_camera: CameraConfig = field(default_factory=CameraConfig)
     translate: TranslateConfig = field(default_factory=TranslateConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
+    adapted: GraspConfig = field(default_factory=GraspConfig)
     baseline: GraspConfig = field(default_factory=GraspConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
 

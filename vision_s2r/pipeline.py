@@ -1,7 +1,7 @@
 """The whole way in one call: render three sets, train translators, policies and the baseline, evaluate."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import joblib
@@ -12,16 +12,10 @@ from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.grasp import train_policy
 from vision_s2r.render import Views, render
-from vision_s2r.translate import train_translator
+from vision_s2r.translate import Translator, train_translator
 
-
-@dataclass(frozen=True)
-class Trained:
-    """Checkpoints of one seed."""
-
-    translator: Path
-    policy: Path
-    baseline: Path | None
+Training = Callable[[Config, int], Path]
+Checkpoints = dict[str, list[str]]  # of each kind of network, one a seed
 
 
 def run(cfg: Config) -> Path:
@@ -33,28 +27,31 @@ def run(cfg: Config) -> Path:
     render(cfg.scene, cfg.data.train)
     render(cfg.scene, cfg.data.validation)
     render(test_scene, cfg.data.test)
-    trained = train(cfg)
-    table = evaluation(cfg, trained)
+    table = evaluation(cfg, train(cfg))
     evaluate(table, test_scene)
     return Path(table.out) / "index.html"
 
 
-def train(cfg: Config) -> list[Trained]:
+def train(cfg: Config) -> Checkpoints:
     """Train every network of every seed, `cfg.jobs` at a time; returns the best checkpoints."""
-    seeds = range(cfg.seed, cfg.seed + cfg.seeds)
-    jobs: list[Callable[[Config, int], Path]] = [_translator, _policy]
+    first: dict[str, Training] = {"translator": _translator, "policy": _policy}
     if cfg.with_baseline:
-        jobs.append(_baseline)
-    calls = (joblib.delayed(_logged)(job, cfg, seed) for seed in seeds for job in jobs)
-    paths = joblib.Parallel(n_jobs=cfg.jobs)(calls)
-    rows = [paths[k : k + len(jobs)] for k in range(0, len(paths), len(jobs))]
-    return [Trained(row[0], row[1], row[2] if cfg.with_baseline else None) for row in rows]
+        first["baseline"] = _baseline
+    found = _train_all(cfg, first)
+    return found | (_train_all(cfg, {"adapted": _adapted}) if cfg.with_adapted else {})
 
 
-def _logged(job: Callable[[Config, int], Path], cfg: Config, seed: int) -> Path:
+def _train_all(cfg: Config, trainings: dict[str, Training]) -> Checkpoints:
+    seeds = range(cfg.seed, cfg.seed + cfg.seeds)
+    calls = (joblib.delayed(_logged)(training, cfg, seed) for training in trainings.values() for seed in seeds)
+    paths = [str(path) for path in joblib.Parallel(n_jobs=cfg.jobs)(calls)]
+    return {name: paths[k * cfg.seeds : (k + 1) * cfg.seeds] for k, name in enumerate(trainings)}
+
+
+def _logged(training: Training, cfg: Config, seed: int) -> Path:
     """One training, heard of also where it runs in a process of its own."""
     log_to_terminal()
-    return job(cfg, seed)
+    return training(cfg, seed)
 
 
 def _translator(cfg: Config, seed: int) -> Path:
@@ -69,6 +66,12 @@ def _policy(cfg: Config, seed: int) -> Path:
     return train_policy(*_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
 
 
+def _adapted(cfg: Config, seed: int) -> Path:
+    """The canonical policy, which this seed's translator helps to train."""
+    out, translator = Path(cfg.out) / f"adapted-{seed}", Translator.load(_translator(cfg, seed))
+    return train_policy(*_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
+
+
 def _baseline(cfg: Config, seed: int) -> Path:
     """Domain randomisation: a policy of the same size and cost on randomised pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
@@ -79,14 +82,13 @@ def _sets(cfg: Config) -> tuple[Views, Views]:
     return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
 
 
-def evaluation(cfg: Config, trained: list[Trained]) -> EvaluateConfig:
+def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:
     """The evaluation of cfg with the checkpoints filled in."""
-    translators = [str(t.translator) for t in trained]
-    policies = [str(t.policy) for t in trained]
-    baselines = [str(t.baseline) for t in trained if t.baseline]
     rows = dict(cfg.evaluate.rows)
     for name in ("oracle", "no_translation", "rcan"):
-        rows[name] = replace(rows[name], policy=policies)
-    rows["rcan"] = replace(rows["rcan"], translator=translators)
-    rows["domain_randomisation"] = replace(rows["domain_randomisation"], policy=baselines)
+        rows[name] = replace(rows[name], policy=found["policy"])
+    rows["domain_randomisation"] = replace(rows["domain_randomisation"], policy=found.get("baseline", []))
+    rows["rcan_adapted"] = replace(rows["rcan_adapted"], policy=found.get("adapted", []))
+    for name in ("rcan", "rcan_adapted"):
+        rows[name] = replace(rows[name], translator=found["translator"])
     return replace(cfg.evaluate, rows=rows)

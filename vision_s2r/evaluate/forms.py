@@ -13,22 +13,18 @@ from vision_s2r.render import Views
 from vision_s2r.scene import SceneConfig, attempt
 
 
-def compare(
-    forms: dict[str, GraspConfig],
-    train: Views,
-    validation: Views,
-    scene: SceneConfig,
-    minutes: float,
-    out: Path,
-    seed: int,
-) -> None:
-    """Train each form for `minutes` on `train`, simulate its grasps in the scenes of `validation`, print the table."""
+FORMS = ("crop", "dense", "trunk")
+MINUTES = 2.0  # of training for each
+
+
+def compare(forms: dict[str, GraspConfig], train: Views, validation: Views, scene: SceneConfig, out: str) -> None:
+    """Train each form for MINUTES on `train`, simulate its grasps in the scenes of `validation`, print the table."""
     states = validation.states()
 
     def succeeds(index: int, grasp: np.ndarray) -> bool:
         return attempt(scene, states[index], grasp).success
 
-    results = compare_forms(forms, train, validation, succeeds, minutes, out, seed)
+    results = compare_forms(forms, train, validation, succeeds, MINUTES, Path(out) / "forms", seed=0)
     table = Table("form", "parameters", "steps", "auc", "success", "95 % interval", "ms a scene")
     for name, result in results.items():
         rate = wilson(result.successes, result.scenes)

@@ -61,6 +61,7 @@ class GraspConfig:
     plane_height: float = 0.02  # of the plane on which pictures are measured, over the floor
     area: list[float] = field(default_factory=lambda: [0.115, 0.115])  # grasps are searched in |x| ≤, |y| ≤
     picture: str = "canonical"  # canonical | randomised (through the training camera): what Q is trained on
+    translations: float = 0.0  # part of the canonical pictures in training that a translator made of randomised ones
     with_source: bool = False  # Q also sees the picture that the canonical one was made from
     validate_on: str = "canonical"  # canonical | randomised | real (the last two through the validation camera)
     front: NetworkConfig | None = None  # a U-Net before Q, trained with it
@@ -96,6 +97,10 @@ def check(cfg: GraspConfig) -> None:
         raise UserError("grasp.with_source: expected picture=canonical and front=null, the source comes beside it")
     if cfg.front is not None and cfg.front.levels < 1:
         raise UserError(f"grasp.front.levels = {cfg.front.levels}: expected at least 1")
+    if not 0 <= cfg.translations <= 1 or (cfg.translations and (cfg.with_source or cfg.picture != "canonical")):
+        raise UserError(
+            f"grasp.translations = {cfg.translations}: expected 0 to 1, above 0 with canonical pictures alone"
+        )
     reads_source = cfg.with_source or cfg.picture == "randomised"
     if reads_source == (cfg.validate_on == "canonical"):
         expected = "randomised or real" if reads_source else "canonical"

@@ -1,5 +1,6 @@
 """Learning Q from labelled grasps: each attempt ends at once, so Q is the chance that it succeeds."""
 
+from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,7 @@ from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, tr
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
 SOURCES = ("randomised", "real")
+Translator = Callable[[Tensor], Tensor]  # float [B, 3, H, W] in [0, 1] to their canonical views, the same
 
 
 class QLearning(Method):
@@ -32,9 +34,17 @@ class QLearning(Method):
     kind = "q_function"
     released = ("q_function",)
 
-    def __init__(self, cfg: GraspConfig, camera: CameraConfig, validation_camera: CameraConfig, size: int, margin: int):
+    def __init__(
+        self,
+        cfg: GraspConfig,
+        camera: CameraConfig,
+        validation_camera: CameraConfig,
+        size: int,
+        margin: int,
+        translator: Translator | None = None,
+    ):
         """`size`: side of a picture; `margin`: by which source pictures are wider on each side; pixels."""
-        self._cfg, self._margin = cfg, margin
+        self._cfg, self._margin, self._translator = cfg, margin, translator
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         network = build(cfg)
         self.networks = {"q_function": network}
@@ -44,7 +54,7 @@ class QLearning(Method):
         self.normalisation = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in pictures(self._cfg, "randomised")}
+        batch = {name: views.batch(name, draw.indices) for name in _read(self._cfg)}
         if "randomised" in batch:
             which = draw.integers(batch["randomised"].shape[1])
             batch["randomised"] = batch["randomised"][torch.arange(len(which)), which]
@@ -52,10 +62,14 @@ class QLearning(Method):
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         canonical = source = None
-        if "canonical" in batch:
-            canonical = augment.degrade(to_float(batch["canonical"]), self._cfg.augmentation, step.generator)
         if "randomised" in batch:
             source = self._seen(batch["randomised"], batch["intrinsics"], self._camera, step.generator)
+        if "canonical" in batch:
+            canonical = to_float(batch["canonical"])
+            if self._translator is not None and source is not None and self._cfg.translations:
+                made = torch.rand(len(canonical), 1, 1, 1, generator=step.generator) < self._cfg.translations
+                canonical, source = torch.where(made.to(self.device), self._translator(source), canonical), None
+            canonical = augment.degrade(canonical, self._cfg.augmentation, step.generator)
         batch = augment.turn(batch | {"images": beside(canonical, source)}, step.generator)
         if self._cfg.augmentation.mirror:
             batch = augment.mirror(batch, step.generator)
@@ -96,6 +110,11 @@ def pictures(cfg: GraspConfig, source: str) -> list[str]:
     return [*names, source] if cfg.with_source or cfg.picture != "canonical" else names
 
 
+def _read(cfg: GraspConfig) -> list[str]:
+    """The pictures that training reads."""
+    return [*pictures(cfg, "randomised"), *(["randomised"] if cfg.translations else [])]
+
+
 def beside(canonical: Tensor | None, source: Tensor | None) -> Tensor:
     """What a Q-function is given: the canonical picture's channels, then the source's, of those there are."""
     return torch.cat([picture for picture in (canonical, source) if picture is not None], 1)
@@ -114,16 +133,22 @@ def train_policy(
     out: Path,
     seed: int,
     validation_camera: CameraConfig | None = None,
+    translator: Translator | None = None,
 ) -> Path:
     """Trains Q in the folder `out`, or goes on there, and returns the best checkpoint, which `GraspPolicy` loads.
 
     `camera` is drawn from where Q looks at source pictures; `validation_camera` (without it: `camera`) where the
-    checkpoint is chosen on such. Raises UserError where the configuration or the views do not fit, and as
-    `vision_s2r.training.train`.
+    checkpoint is chosen on such. `translator` makes the part of the canonical pictures that `translations` names.
+    Raises UserError where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
-    for part, source, name in (("training", views, "randomised"), ("validation", validation, cfg.validate_on)):
-        for needed in (*pictures(cfg, name), *LABELS):
+    if (translator is not None) != (cfg.translations > 0):
+        raise UserError(f"grasp.translations = {cfg.translations}: expected above 0 with a translator, 0 without")
+    for part, source, names in (
+        ("training", views, _read(cfg)),
+        ("validation", validation, pictures(cfg, cfg.validate_on)),
+    ):
+        for needed in (*names, *LABELS):
             if needed not in source.names:
                 raise UserError(f"{part} views hold no '{needed}': {nearest(needed, source.names)}")
         if cfg.front and source.size % 2**cfg.front.levels:
@@ -136,5 +161,5 @@ def train_policy(
             raise UserError(
                 f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
             )
-    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin)
+    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin, translator)
     return train(method, views, validation, cfg.training, out, seed).best
