@@ -81,7 +81,7 @@ def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
 def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
     front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
     cfg = config(steps=40, picture="randomised", validate_on="real", front=front)
-    found = checkpoint.load(trained(tmp_path, cfg), "q_function")
+    found = checkpoint.checkpoint.load(trained(tmp_path, cfg), "q_function")
     assert found.training["metrics"]["auc"] > 0.7
     assert found.configuration["camera"] == asdict(CAMERA)
     with torch.random.fork_rng():
@@ -93,13 +93,28 @@ def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
 
 
 def test_source_and_canonical_together(tmp_path: Path, crop: Path) -> None:
-    policy = GraspPolicy.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
+    policy = GraspPolicy.checkpoint.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
     pictures, seeds = inputs(), torch.arange(60)
     assert policy.act(*pictures, seeds, source=pictures[0]).q.shape == (60,)
     with pytest.raises(UserError, match="with source pictures"):
         policy.act(*pictures, seeds)
     with pytest.raises(UserError, match="without source pictures"):
         GraspPolicy.load(crop).act(*pictures, seeds, source=pictures[0])
+
+
+def test_a_policy_learns_from_what_a_translator_makes(tmp_path: Path) -> None:
+    """With nothing but translations to learn from, a translator that shows nothing leaves nothing to learn."""
+    blind = config(steps=60, translations=1.0)
+    with pytest.raises(UserError, match="translator"):
+        trained(tmp_path / "without", blind)
+    path = train_policy(
+        Bars(300, 0), HELD_OUT, blind, CAMERA, tmp_path / "with", SEED, translator=lambda p: torch.full_like(p, 0.5)
+    )
+    blinded, seeing = (
+        checkpoint.load(best, "q_function").training["metrics"]["auc"]
+        for best in (path, trained(tmp_path / "seeing", config(steps=60)))
+    )
+    assert blinded < seeing - 0.15
 
 
 def test_wrong_pictures_are_refused(crop: Path) -> None:
@@ -146,7 +161,7 @@ def test_compared_forms_get_the_same_time_and_try_their_grasps(tmp_path: Path) -
     assert found["crop"].metrics["auc"] > 0
 
 
-@pytest.mark.parametrize("name", ["crop", "trunk", "dense", "randomised"])
+@pytest.mark.parametrize("name", ["crop", "trunk", "dense", "randomised", "adapted"])
 def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
         given = hydra.compose(f"grasp/{name}").grasp
