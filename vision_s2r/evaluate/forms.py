@@ -12,7 +12,6 @@ from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render import Views
 from vision_s2r.scene import SceneConfig, attempt
 
-
 FORMS = ("crop", "dense", "trunk")
 MINUTES = 2.0  # of training for each
 

@@ -1,6 +1,7 @@
 """What a run shows while it runs: TensorBoard, pictures on disk and a line of progress."""
 
 from collections.abc import Mapping
+from multiprocessing import current_process
 from pathlib import Path
 from types import TracebackType
 
@@ -27,7 +28,8 @@ class RunLog:
         console = Console(stderr=True)
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
         arrow = TextColumn(f"→ {out}")
-        self._bar = Progress(*columns, arrow, console=console, disable=not (active and console.is_terminal))
+        alone = current_process().name == "MainProcess"  # bars of several processes would overwrite each other
+        self._bar = Progress(*columns, arrow, console=console, disable=not (active and alone and console.is_terminal))
         self._task = self._bar.add_task("", total=1.0)
 
     def __enter__(self) -> "RunLog":
