@@ -81,7 +81,7 @@ def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
 def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
     front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
     cfg = config(steps=40, picture="randomised", validate_on="real", front=front)
-    found = checkpoint.checkpoint.load(trained(tmp_path, cfg), "q_function")
+    found = checkpoint.load(trained(tmp_path, cfg), "q_function")
     assert found.training["metrics"]["auc"] > 0.7
     assert found.configuration["camera"] == asdict(CAMERA)
     with torch.random.fork_rng():
@@ -93,7 +93,7 @@ def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
 
 
 def test_source_and_canonical_together(tmp_path: Path, crop: Path) -> None:
-    policy = GraspPolicy.checkpoint.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
+    policy = GraspPolicy.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
     pictures, seeds = inputs(), torch.arange(60)
     assert policy.act(*pictures, seeds, source=pictures[0]).q.shape == (60,)
     with pytest.raises(UserError, match="with source pictures"):
