@@ -1,0 +1,98 @@
+"""What a recording is, once it has been read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias, TypeVar, cast
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class JointRecording:
+    """E episodes of a joint, the longest of T samples; units are SI, angular or linear as `units` says.
+
+    Row k of an episode is the state at `k * sample_time`, and the command from then until the next row.
+    """
+
+    nominal: dict[str, float]  # what the simulator believes: the six keys of NOMINAL, in its order
+    sample_time: float  # s
+    units: Literal["rotary", "linear"]
+    command: np.ndarray  # float64 [E, T]: current in A, or torque or force with a torque constant of 1; 0 after the end
+    position: np.ndarray  # float64 [E, T], rad or m; NaN after the end
+    velocity: np.ndarray | None  # float64 [E, T], rad/s or m/s; NaN after the end; None where it was not recorded
+    lengths: np.ndarray  # int64 [E]
+    episodes: tuple[int, ...]  # the episodes' numbers in the recording
+
+    kind = "joint"
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+    @property
+    def first(self) -> np.ndarray:
+        """float64 [E, 2]: position and velocity of each episode's first row; from rest where it has no velocity."""
+        velocity = np.zeros(len(self)) if self.velocity is None else self.velocity[:, 0]
+        return np.stack([self.position[:, 0], velocity], axis=1)
+
+
+@dataclass(frozen=True)
+class CameraRecording:
+    """Pictures that a camera took, and a simulator's: of the same N scenes, or two sets."""
+
+    pairing: Literal["paired", "unpaired"]
+    encoding: Literal["srgb", "linear"]  # what values mean
+    sim: np.ndarray  # float32 [N, H, W, 3] RGB in [0, 1]; a grey picture has three equal channels
+    real: np.ndarray  # the same; unpaired, of another number of pictures
+    labels: np.ndarray | None  # uint8 [N, H, W]: segmentation of `sim`
+    mask: np.ndarray | None  # bool [N, H, W]: where `sim` is meant at all
+    intrinsics: np.ndarray | None  # float64 [4]: fx, fy, cx, cy in px, pixel centres at integers
+    bits: int  # 8 or 16: of `real`'s values
+    grey: bool
+    names: tuple[str, ...]  # of `sim`, and of `real` where they are paired
+    real_names: tuple[str, ...]
+
+    kind = "camera"
+
+    def __len__(self) -> int:
+        return len(self.real)
+
+
+Recording: TypeAlias = JointRecording | CameraRecording
+R = TypeVar("R", JointRecording, CameraRecording)
+
+
+def split(recording: R, units: Sequence[int]) -> R:
+    """The recording of these episodes or frames alone, in this order.
+
+    Of an unpaired camera, frames are those of `real`; all of `sim` stays.
+    """
+    index = np.asarray(units, dtype=np.int64)
+    if isinstance(recording, JointRecording):
+        return cast(R, _episodes(recording, index))
+    return cast(R, _frames(cast(CameraRecording, recording), index))
+
+
+def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
+    lengths = recording.lengths[index]
+    longest = int(lengths.max(initial=0))
+    return replace(
+        recording,
+        command=recording.command[index, :longest],
+        position=recording.position[index, :longest],
+        velocity=None if recording.velocity is None else recording.velocity[index, :longest],
+        lengths=lengths,
+        episodes=tuple(recording.episodes[k] for k in index),
+    )
+
+
+def _frames(recording: CameraRecording, index: np.ndarray) -> CameraRecording:
+    taken = replace(recording, real=recording.real[index], real_names=tuple(recording.real_names[k] for k in index))
+    if recording.pairing == "unpaired":
+        return taken
+    return replace(
+        taken,
+        sim=recording.sim[index],
+        names=tuple(recording.names[k] for k in index),
+        labels=None if recording.labels is None else recording.labels[index],
+        mask=None if recording.mask is None else recording.mask[index],
+    )

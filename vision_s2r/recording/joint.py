@@ -1,0 +1,204 @@
+"""Recordings of a joint: joint.csv beside its header."""
+
+import io
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal, cast
+
+import numpy as np
+
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.recording import header, motion
+from vision_s2r.recording.data import JointRecording
+
+KEYS = ("format", "kind", "sample_time", "nominal", "units")
+# Of the nominal simulator J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0: the least value of each, and whether
+# it is one; the last two are optional.
+NOMINAL = {
+    "torque_constant": (0.0, False),
+    "inertia": (0.0, False),
+    "viscous_damping": (0.0, True),
+    "coulomb_friction": (0.0, True),
+    "gravity_torque": (-math.inf, True),
+    "bias_torque": (-math.inf, True),
+}
+OPTIONAL = {"gravity_torque": 0.0, "bias_torque": 0.0}
+COMMANDS = {"current": ("rotary", "linear"), "torque": ("rotary",), "force": ("linear",)}
+COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity")
+
+LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
+STEP_TOLERANCE, RATE_TOLERANCE = 0.1, 0.01  # of the sample time: one step's, and that of the mean step
+LEAST_EPISODE, LEAST_SAMPLES = 10, 100  # rows of an episode and of a recording, to hold a part of it out
+
+
+def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecording:
+    """The recording of a folder whose header is `content`. Raises UserError for whatever cannot be."""
+    where = str(folder / "recording.yaml")
+    header.check_keys(content, KEYS, ("sample_time", "nominal"), where)
+    sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
+    units = cast(Literal["rotary", "linear"], header.choice(content, "units", ("rotary", "linear"), where, "rotary"))
+    path = folder / "joint.csv"
+    columns, lines = _columns(path)
+    command = _command(columns, units, path)
+    nominal = _nominal(header.mapping(content, "nominal", where), command, where)
+    episodes = _episodes(columns["episode"], lines, path)
+    for rows in episodes.values():
+        _check_time(columns["t"][rows], lines[rows], sample_time, path)
+    recording = _recording(nominal, sample_time, units, columns, command, episodes)
+    _check_length(recording, hold_out, path)
+    motion.check(recording, path)
+    return recording
+
+
+def _nominal(given: dict[str, Any], command: str, where: str) -> dict[str, float]:
+    where = f"{where}: nominal"
+    optional = set(OPTIONAL) | ({"torque_constant"} if command != "current" else set())
+    header.check_keys(given, NOMINAL, [key for key in NOMINAL if key not in optional], where)
+    values = {
+        key: header.number(given, key, where, low, LARGEST_VALUE, inclusive) if key in given else OPTIONAL.get(key, 1.0)
+        for key, (low, inclusive) in NOMINAL.items()
+    }
+    return values if command == "current" else values | {"torque_constant": 1.0}
+
+
+def _columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Every column by name, float64 [rows], and the line of the file that each row stands in."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read ({error.strerror}), expected the rows of the recording") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: is not text, expected comma-separated values") from error
+    first, *rest = text.split("\n")
+    names = [name.strip().strip('"') for name in first.split(",")]
+    _check_names(names, path)
+    lines = np.array([k for k, line in enumerate(rest, start=2) if line.strip()], dtype=np.int64)
+    if not len(lines):
+        raise UserError(f"{path}: no row under the header, expected one a sample")
+    table = _table(text[len(first) + 1 :], rest, len(names), path)
+    for name, column in zip(names, table.T, strict=True):
+        wrong = np.flatnonzero(~(np.abs(column) <= LARGEST_VALUE))
+        if len(wrong):
+            raise UserError(f"{path}, line {lines[wrong[0]]}: {name} is {column[wrong[0]]:g}, expected a finite number")
+    return dict(zip(names, table.T, strict=True)), lines
+
+
+def _check_names(names: list[str], path: Path) -> None:
+    for name in names:
+        if name not in COLUMNS:
+            shown = "".join(letter for letter in name if letter.isprintable())[:40]
+            raise UserError(f"{path}: unknown column '{shown}', {nearest(name[:40], COLUMNS)}")
+        if names.count(name) > 1:
+            raise UserError(f"{path}: two columns are called '{name}'")
+    missing = [name for name in ("episode", "t", "position") if name not in names]
+    if not any(name in names for name in COMMANDS):
+        missing.append("current (or torque, or force)")
+    if missing:
+        raise UserError(f"{path}: missing column {', '.join(missing)}")
+
+
+def _table(body: str, rows: list[str], width: int, path: Path) -> np.ndarray:
+    try:
+        table = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2)
+        if table.shape[1] == width:
+            return table
+    except (ValueError, OverflowError):
+        pass
+    for line, row in enumerate(rows, start=2):  # only now, to name the line
+        cells = row.split(",")
+        if row.strip() and len(cells) != width:
+            raise UserError(f"{path}, line {line}: {len(cells)} values, expected {width}")
+        for cell in cells if row.strip() else []:
+            try:
+                float(cell)
+            except ValueError:
+                shown = "".join(letter for letter in cell if letter.isprintable())[:40]
+                raise UserError(f"{path}, line {line}: '{shown}' is not a number") from None
+    raise UserError(f"{path}: is not a table of numbers")
+
+
+def _command(columns: Mapping[str, np.ndarray], units: str, path: Path) -> str:
+    given = [name for name in COMMANDS if name in columns]
+    if len(given) > 1:
+        raise UserError(f"{path}: columns {' and '.join(given)}, expected one of them: what was commanded")
+    if units not in COMMANDS[given[0]]:
+        raise UserError(f"{path}: a {given[0]} does not go with units '{units}', expected {_expected_command(units)}")
+    return given[0]
+
+
+def _expected_command(units: str) -> str:
+    return " or ".join(name for name, allowed in COMMANDS.items() if units in allowed)
+
+
+def _episodes(numbers: np.ndarray, lines: np.ndarray, path: Path) -> dict[int, np.ndarray]:
+    """The rows of each episode, in the order of their first."""
+    wrong = np.flatnonzero(numbers != np.round(numbers))
+    if len(wrong):
+        at = wrong[0]
+        raise UserError(f"{path}, line {lines[at]}: episode is {numbers[at]:g}, expected a whole number")
+    found, start = np.unique(numbers, return_index=True)
+    order = np.argsort(numbers, kind="stable")
+    rows = np.split(order, np.searchsorted(numbers[order], found[1:]))
+    return {int(found[k]): rows[k] for k in np.argsort(start)}
+
+
+def _check_time(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> None:
+    steps = np.diff(t)
+    backward = np.flatnonzero(steps <= 0)
+    if len(backward):
+        k = backward[0]
+        how = "stands still" if steps[k] == 0 else "goes backward"
+        raise UserError(f"{path}, line {lines[k + 1]}: time {how}, from {t[k]:g} to {t[k + 1]:g} s")
+    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE and np.ptp(steps) < 0.1 * steps.mean():
+        raise UserError(f"{path}, line {lines[0]}: rows every {steps.mean():g} s, but sample_time is {sample_time:g} s")
+    uneven = np.flatnonzero(np.abs(steps / sample_time - 1) > STEP_TOLERANCE)
+    if len(uneven):
+        k = uneven[0]
+        raise UserError(
+            f"{path}, line {lines[k + 1]}: a step of {steps[k]:g} s, expected uniform steps of {sample_time:g} s"
+        )
+    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE:
+        raise UserError(f"{path}: steps of {steps.mean():g} s in the mean, expected {sample_time:g} s")
+
+
+def _recording(
+    nominal: dict[str, float],
+    sample_time: float,
+    units: Literal["rotary", "linear"],
+    columns: Mapping[str, np.ndarray],
+    command: str,
+    episodes: Mapping[int, np.ndarray],
+) -> JointRecording:
+    lengths = np.array([len(rows) for rows in episodes.values()], dtype=np.int64)
+
+    def padded(name: str, fill: float) -> np.ndarray:
+        values = np.full((len(lengths), lengths.max()), fill)
+        for k, rows in enumerate(episodes.values()):
+            values[k, : len(rows)] = columns[name][rows]
+        return values
+
+    return JointRecording(
+        nominal=nominal,
+        sample_time=sample_time,
+        units=units,
+        command=padded(command, 0.0),
+        position=padded("position", np.nan),
+        velocity=padded("velocity", np.nan) if "velocity" in columns else None,
+        lengths=lengths,
+        episodes=tuple(episodes),
+    )
+
+
+def _check_length(recording: JointRecording, hold_out: bool, path: Path) -> None:
+    total = int(recording.lengths.sum())
+    least = LEAST_EPISODE if hold_out else 2
+    short = np.flatnonzero(recording.lengths < least)
+    if total == 1:
+        raise UserError(f"{path}: one sample, expected at least {LEAST_SAMPLES}")
+    if len(short):
+        k = short[0]
+        count = f"{recording.lengths[k]} samples" if recording.lengths[k] > 1 else "one sample"
+        raise UserError(f"{path}: episode {recording.episodes[k]} has {count}, expected at least {least}")
+    if hold_out and total < LEAST_SAMPLES:
+        raise UserError(f"{path}: {total} samples are too short to hold any out, expected at least {LEAST_SAMPLES}")

@@ -1,0 +1,68 @@
+"""The other way round: a recording from arrays, as a folder that `read` takes."""
+
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import yaml
+
+from vision_s2r.errors import UserError
+from vision_s2r.recording.data import CameraRecording, JointRecording, Recording
+from vision_s2r.recording.header import FORMAT
+
+
+def write(recording: Recording, folder: Path | str) -> Path:
+    """Write a recording into a folder, which must be absent or empty; returns it.
+
+    A joint's command is written as a current. Raises UserError where it cannot be written.
+    """
+    folder = Path(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
+        content = _joint(recording, folder) if isinstance(recording, JointRecording) else _camera(recording, folder)
+        head = {"format": FORMAT, "kind": recording.kind, **content}
+        (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written ({error.strerror})") from error
+    return folder
+
+
+def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
+    columns = ["episode", "t", "current", "position"] + ([] if recording.velocity is None else ["velocity"])
+    blocks = []
+    for k, length in enumerate(recording.lengths):
+        block = [np.full(length, recording.episodes[k]), np.arange(length) * recording.sample_time]
+        block += [recording.command[k, :length], recording.position[k, :length]]
+        block += [] if recording.velocity is None else [recording.velocity[k, :length]]
+        blocks.append(np.stack(block, axis=1))
+    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
+    np.savetxt(folder / "joint.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
+    return {"sample_time": recording.sample_time, "units": recording.units, "nominal": dict(recording.nominal)}
+
+
+def _camera(recording: CameraRecording, folder: Path) -> dict[str, Any]:
+    _pictures(recording.sim, recording.names, folder / "sim", recording.bits, recording.grey)
+    _pictures(recording.real, recording.real_names, folder / "real", recording.bits, recording.grey)
+    for name, pictures in (("labels", recording.labels), ("mask", recording.mask)):
+        if pictures is not None:
+            values = pictures.astype(np.uint8) * np.uint8(255 if name == "mask" else 1)
+            (folder / name).mkdir()
+            for stem, picture in zip(recording.names, values, strict=True):
+                cv2.imwrite(str(folder / name / f"{stem}.png"), picture)
+    head: dict[str, Any] = {"pairing": recording.pairing, "encoding": recording.encoding}
+    if recording.intrinsics is not None:
+        height, width = recording.sim.shape[1:3]
+        geometry = dict(zip(("fx", "fy", "cx", "cy"), recording.intrinsics.tolist(), strict=True))
+        head["camera"] = {"width": width, "height": height, **geometry}
+    return head
+
+
+def _pictures(pictures: np.ndarray, names: tuple[str, ...], folder: Path, bits: int, grey: bool) -> None:
+    folder.mkdir()
+    full = 2**bits - 1
+    for name, picture in zip(names, pictures, strict=True):
+        whole = np.clip(np.rint(picture * full), 0, full).astype(np.uint8 if bits == 8 else np.uint16)
+        cv2.imwrite(str(folder / f"{name}.png"), whole[..., 0] if grey else whole[..., ::-1])
