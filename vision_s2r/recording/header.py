@@ -59,11 +59,8 @@ def number(content: Mapping[str, Any], key: str, where: str, low: float, high: f
         value = math.nan
     if math.isfinite(value) and low <= value <= high and (inclusive or value != low):
         return value
-    bounds = {
-        (0.0, True): "0 or more",
-        (0.0, False): "above 0",
-    }.get((low, inclusive), "")
-    raise UserError(f"{where}: {key} is {_short(content[key])}, expected a number{bounds and f' of {bounds}'}")
+    bound = "" if math.isinf(low) else f" from {low:g}" if inclusive else f" above {low:g}"
+    raise UserError(f"{where}: {key} is {_short(content[key])}, expected a number{bound}")
 
 
 def choice(content: Mapping[str, Any], key: str, choices: Iterable[str], where: str, default: str | None = None) -> str:

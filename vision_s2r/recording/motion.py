@@ -14,7 +14,7 @@ from vision_s2r.recording.data import JointRecording
 
 STRETCHES = 40  # of each episode, at most
 LEAST_STRETCH = 5  # samples
-LEAST_CORRELATION = 0.9  # below it the two are not proportional
+PROPORTIONAL, UNRELATED = 0.9, 0.5  # correlations above and below which the two are surely so
 TOLERANCE = 1.25  # a factor, either way, that is a matter of calibration
 SIGNAL_TO_NOISE = 6.0  # of the way gone in a stretch, below which nothing is said
 TURN, NEAR_TURN = 2 * math.pi, 0.7  # rad
@@ -67,10 +67,10 @@ def _check_velocity(recording: JointRecording, path: Path) -> None:
     factor = math.copysign(integrated / gone, correlation)
     # Noise on either side lowers the correlation and pulls the factor; then only a gross one is told apart.
     clear = gone > SIGNAL_TO_NOISE * noise[0] and integrated > SIGNAL_TO_NOISE * noise[1]
-    if clear and abs(correlation) < LEAST_CORRELATION:
+    if clear and abs(correlation) < UNRELATED:
         raise UserError(f"{path}: velocity does not follow position (correlation {correlation:.2f}), {expected}")
     slack = TOLERANCE if clear else SIGNAL_TO_NOISE
-    if abs(correlation) > LEAST_CORRELATION and not 1 / slack < factor < slack:
+    if abs(correlation) > PROPORTIONAL and not 1 / slack < factor < slack:
         raise UserError(f"{path}: velocity is {factor:.3g} times the derivative of position{_guess(factor, recording)}")
 
 

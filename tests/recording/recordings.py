@@ -1,0 +1,60 @@
+"""Small recordings that are right, for tests to spoil."""
+
+import numpy as np
+
+from vision_s2r.recording import CameraRecording, JointRecording
+
+NOMINAL = {
+    "torque_constant": 0.5,
+    "inertia": 0.02,
+    "viscous_damping": 0.1,
+    "coulomb_friction": 0.02,
+    "gravity_torque": 0.0,
+    "bias_torque": 0.0,
+}
+
+
+def a_joint(noise: float = 0.0, quantum: float = 0.0, samples: int = 120, speed: float = 1.0) -> JointRecording:
+    """Three episodes of a sum of sines; velocity is the exact derivative, or an encoder's central difference."""
+    rng = np.random.default_rng(0)
+    t = np.arange(samples) * 0.01
+    rates = np.array([[3.0], [5.0], [8.0]])
+    position = speed * np.sin(rates * t)
+    velocity = speed * rates * np.cos(rates * t)
+    if quantum:
+        position = quantum * np.round(position / quantum)
+        velocity = np.gradient(position, 0.01, axis=1)
+    position = position + noise * rng.standard_normal(position.shape)
+    velocity = velocity + 10 * noise * rng.standard_normal(velocity.shape)
+    return JointRecording(
+        nominal=NOMINAL,
+        sample_time=0.01,
+        units="rotary",
+        command=np.sin(rates * t + 1),
+        position=position,
+        velocity=velocity,
+        lengths=np.full(3, samples),
+        episodes=(0, 1, 2),
+    )
+
+
+def a_camera(bits: int = 8, grey: bool = False, frames: int = 4) -> CameraRecording:
+    """Random pictures of 24 x 20 px, exact at their depth, with labels and a mask."""
+    rng = np.random.default_rng(1)
+    full = 2**bits - 1
+    pictures = rng.integers(0, full, (2, frames, 20, 24, 1 if grey else 3), endpoint=True).astype(np.float32) / full
+    sim, real = np.broadcast_to(pictures, (2, frames, 20, 24, 3))
+    names = tuple(f"{k:04}" for k in range(frames))
+    return CameraRecording(
+        pairing="paired",
+        encoding="srgb",
+        sim=sim,
+        real=real,
+        labels=rng.integers(0, 5, (frames, 20, 24)).astype(np.uint8),
+        mask=rng.random((frames, 20, 24)) < 0.9,
+        intrinsics=np.array([30.0, 31.0, 11.5, 9.5]),
+        bits=bits,
+        grey=grey,
+        names=names,
+        real_names=names,
+    )
