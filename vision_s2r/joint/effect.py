@@ -1,0 +1,33 @@
+"""What a joint effect is: a wrong nominal parameter, or something of the drive that the simulator lacks."""
+
+from vision_s2r.effects import Effect, Parameter, Registry
+
+# What the units of a rotary joint are called where the joint is linear.
+LINEAR_UNITS = {
+    "rad": "m",
+    "rad/s": "m/s",
+    "N·m": "N",
+    "N·m/A": "N/A",
+    "kg·m²": "kg",
+    "N·m·s/rad": "N·s/m",
+    "N·m/rad": "N/m",
+}
+
+
+class JointEffect(Effect):
+    """An effect of a joint's drive.
+
+    To add one: a class in a file of `vision_s2r/joint/effects`, decorated with `JOINT_EFFECTS.register`, its
+    formula compiled beside it, and the place in `joint/drive.py` or `joint/stepping.py` where that formula acts.
+
+    Bounds are wide enough for a wristwatch and for an axis of a milling machine, in SI units; `moderate` is meant for
+    a small joint (0.02 kg·m², 0.1 N·m·s/rad, 0.02 N·m, about 1 N·m of motor torque).
+    """
+
+
+JOINT_EFFECTS: Registry[JointEffect] = Registry("joint")
+
+
+def unit(parameter: Parameter, units: str) -> str:
+    """The parameter's unit in a recording whose `units` are "rotary" or "linear"."""
+    return LINEAR_UNITS.get(parameter.unit, parameter.unit) if units == "linear" else parameter.unit

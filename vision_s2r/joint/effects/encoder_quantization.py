@@ -1,0 +1,30 @@
+"""The encoder counts."""
+
+import math
+
+import numpy as np
+
+from vision_s2r.effects import Parameter
+from vision_s2r.joint.compiled import compiled
+from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
+
+
+@JOINT_EFFECTS.register
+class EncoderQuantization(JointEffect):
+    """Position rounded to multiples of the resolution, velocity its central difference (one-sided at the ends)."""
+
+    name = "encoder_quantization"
+    source = "actuator"
+    parameters = (Parameter("resolution", "rad", low=1e-9, high=1.0, neutral=0.0, moderate=0.01, scale="log"),)
+
+
+@compiled
+def quantise(states: np.ndarray, resolution: float, sample_time: float) -> None:
+    """What the encoder shows of the states [T, 2], in place."""
+    length = len(states)
+    for k in range(length):
+        states[k, 0] = resolution * math.floor(states[k, 0] / resolution + 0.5)
+    for k in range(length):
+        before, after = max(k - 1, 0), min(k + 1, length - 1)
+        if after > before:
+            states[k, 1] = (states[after, 0] - states[before, 0]) / ((after - before) * sample_time)

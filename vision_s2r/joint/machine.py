@@ -1,0 +1,77 @@
+"""A machine: what the simulator believes of a joint, with effects, as one flat row of numbers."""
+
+import math
+from collections import namedtuple
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vision_s2r.errors import UserError
+from vision_s2r.joint import effects as _effects  # noqa: F401  (fills the registry)
+from vision_s2r.joint.effect import JOINT_EFFECTS
+
+
+@dataclass(frozen=True)
+class Nominal:
+    """The nominal simulator: J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0. SI units, rotary or linear."""
+
+    torque_constant: float
+    inertia: float
+    viscous_damping: float
+    coulomb_friction: float
+    gravity_torque: float = 0.0
+    bias_torque: float = 0.0
+
+
+DYNAMICS = tuple(field.name for field in fields(Nominal))  # the effects that replace a nominal value
+
+# The flat layout of one machine: the nominal values, then every parameter of every effect of the drive.
+COLUMNS: tuple[str, ...] = DYNAMICS + tuple(
+    f"{effect.name}.{parameter.name}"
+    for effect in JOINT_EFFECTS
+    if effect.source == "actuator"
+    for parameter in effect.parameters
+)
+
+# The same as fields, for the compiled code: machine.backlash_width.
+if TYPE_CHECKING:
+    Machine = Any
+else:
+    Machine = namedtuple("Machine", [column.replace(".", "_") for column in COLUMNS])
+
+_INDEX = {column: k for k, column in enumerate(COLUMNS)}
+
+
+def _absent() -> np.ndarray:
+    """A machine without effects: neutral values, and NaN where a parameter has none."""
+    row = np.full(len(COLUMNS), math.nan)
+    for effect in JOINT_EFFECTS:
+        for parameter in effect.parameters:
+            if effect.source == "actuator" and parameter.neutral is not None:
+                row[_INDEX[f"{effect.name}.{parameter.name}"]] = parameter.neutral
+    return row
+
+
+_ABSENT = _absent()
+
+
+def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndarray:
+    """The row [P] float64, laid out as COLUMNS, of a machine with these effects (by name, parameters by name).
+
+    An effect of the dynamics replaces its nominal value, one of the drive is added. What is absent is at its neutral
+    value, or NaN where it has none. Raises UserError for a name that is not known, or a value out of bounds.
+    """
+    row = _ABSENT.copy()
+    for name, value in asdict(nominal).items():
+        if not math.isfinite(value):
+            raise UserError(f"nominal {name} is {value}, expected a finite number")
+        row[_INDEX[name]] = value
+    if nominal.inertia <= 0:
+        raise UserError(f"nominal inertia is {nominal.inertia:g}, expected more than 0")
+    for name, given in values.items():
+        effect = JOINT_EFFECTS[name]
+        for parameter, value in effect.check(given).items():
+            row[_INDEX[name if name in DYNAMICS else f"{name}.{parameter}"]] = value
+    return row
