@@ -4,10 +4,9 @@ import sys
 from pathlib import Path
 
 import joblib
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vision_s2r.errors import UserError
+from vision_s2r.progress import tracked
 from vision_s2r.render import config, sheet
 from vision_s2r.render import shard as shards
 from vision_s2r.render.config import RenderConfig
@@ -57,16 +56,12 @@ def _render_missing(
         n_jobs=cfg.workers, backend=cfg.backend, return_as="generator_unordered", pre_dispatch="2*n_jobs"
     )
     jobs = (joblib.delayed(_one)(scene, cfg, folder, k) for k in missing)
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True)) as progress:
-        task = progress.add_task("shards", total=manifest.shard_count, completed=len(manifest.checksums))
-        try:
-            for number, digest in parallel(jobs):
-                manifest.checksums[number] = digest
-                manifest.save(folder)
-                progress.advance(task)
-        except OSError as error:
-            raise UserError(f"cannot write to {folder}: {error.strerror or error}; the same command goes on") from error
+    try:
+        for number, digest in tracked(parallel(jobs), manifest.shard_count, "shards", len(manifest.checksums)):
+            manifest.checksums[number] = digest
+            manifest.save(folder)
+    except OSError as error:
+        raise UserError(f"cannot write to {folder}: {error.strerror or error}; the same command goes on") from error
 
 
 def _one(scene: SceneConfig, cfg: RenderConfig, folder: Path, number: int) -> tuple[int, str]:

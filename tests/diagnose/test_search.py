@@ -1,0 +1,92 @@
+"""What the core makes of recordings whose truth is known, whatever their kind."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.diagnose.stand_in import Curves, T, recording
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.diagnose.report import report
+from vision_s2r.diagnose.search import Search
+
+
+def diagnosed(y: np.ndarray, **case: Any) -> dict[str, Any]:
+    it = Curves(y, **case)
+    assessor = Assessor(it, SearchConfig(), jobs=2, seed=0)
+    return report(it, assessor, Search(it, assessor).run())
+
+
+def names(found: dict[str, Any]) -> set[str]:
+    return {effect["name"] for effect in found["effects"]}
+
+
+def test_nulls_are_no_gap() -> None:
+    for seed in range(20):
+        found = diagnosed(recording(seed))
+        assert found["verdict"] == "no_gap"
+        assert not found["effects"]
+
+
+@pytest.mark.parametrize("truth", [{"wave": 0.5}, {"slope": 0.3}, {"wave": 0.3, "offset": -0.4}, {"curve": 0.4}])
+def test_the_exact_set_is_named_with_its_share_and_shrink(truth: dict[str, float]) -> None:
+    found = diagnosed(recording(1, **truth))
+    assert found["verdict"] == "explained"
+    assert names(found) == set(truth)
+    assert found["gap"]["shrink"] > 0.95
+    assert sum(effect["share"] for effect in found["effects"]) == pytest.approx(1, abs=0.05)
+    for effect in found["effects"]:
+        assert effect["parameters"]["size"]["value"] == pytest.approx(truth[effect["name"]], abs=0.05)
+
+
+def test_refitting_does_not_pass_for_an_effect_and_both_are_accounted_for() -> None:
+    found = diagnosed(recording(2, slope=0.5, wave=0.5))
+    gap = found["gap"]
+    assert gap["shrink_by_refitting"]["share"] > 0.1 and gap["shrink_by_effects"]["share"] > 0.5
+    assert gap["shrink"] == pytest.approx(
+        gap["shrink_by_refitting"]["share"] + gap["shrink_by_effects"]["share"], abs=1e-6
+    )
+    assert {source["source"] for source in found["sources"]} == {"dynamics", "actuator"}
+
+
+def test_a_twin_that_fits_as_well_is_confusable_and_asks_for_another_recording() -> None:
+    found = diagnosed(recording(3, step=0.1))
+    (name,) = names(found)
+    (twin,) = {"step", "late_step"} - {name}
+    line = next(line for line in found["candidates"] if line["name"] == twin)
+    assert line["status"] == "confusable" and line["confusable_with"] == [name]
+    assert found["next_experiment"].startswith("2 rivals")
+
+
+def test_what_no_effect_explains_is_unexplained_and_located() -> None:
+    other = 0.5 * np.exp(-(((T - 0.9) / 0.05) ** 2))
+    found = diagnosed(recording(4, other=other), withheld=frozenset({"step", "late_step"}))
+    assert found["verdict"] == "unexplained"
+    assert not found["effects"]
+    assert found["unexplained"]["where"][0]["at"] == "late"
+
+
+def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
+    other = 0.5 * np.sin(40 * np.pi * T)
+    found = diagnosed(recording(5, wave=0.5, other=other))
+    assert found["verdict"] == "partly_explained"
+    assert names(found) == {"wave"}
+    assert 0.3 < found["unexplained"]["share"] < 0.7
+
+
+def test_a_withheld_effect_is_not_replaced_by_several_others() -> None:
+    found = diagnosed(recording(6, curve=1.0), withheld=frozenset({"curve"}))
+    assert found["verdict"] == "unexplained"
+    assert found["unexplained"]["resembles"] == ["a smooth curve"]
+
+
+def test_silent_effects_are_not_excited_and_certain_ones_always_present() -> None:
+    found = diagnosed(recording(7, wave=0.5), silent={"step": "no late samples"}, certain={"wave": 1e3})
+    status = {line["name"]: line["status"] for line in found["candidates"]}
+    assert status["step"] == "not_excited" and status["wave"] == "present"
+
+
+def test_the_same_seed_gives_the_same_report() -> None:
+    y = recording(8, wave=0.2, slope=0.1)
+    assert diagnosed(y) == diagnosed(y)

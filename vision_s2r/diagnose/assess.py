@@ -1,0 +1,129 @@
+"""Sets of effects, fitted and scored on episodes or frames that took no part in the fit."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import joblib
+import numpy as np
+
+from vision_s2r.diagnose.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.diagnose.statistics import lower_bound
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """A set of effects, fitted on all units and, for the score, on all but the fold in hand."""
+
+    names: Names
+    hypothesis: Hypothesis  # fitted on all units
+    folds: tuple[Hypothesis, ...]  # fitted without the units of each fold
+    loglik: np.ndarray  # [blocks] nats, held out
+    excess: np.ndarray  # [units], held out
+
+    @property
+    def score(self) -> float:
+        """Held-out log-likelihood, nats."""
+        return float(self.loglik.sum())
+
+    @property
+    def rest(self) -> float:
+        """Mean excess over the floor, in units of the noise's variance; about 0 where nothing is left."""
+        return float(self.excess.mean()) - 1
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What one set has over another, on held-out data."""
+
+    nats: float
+    low: float  # its lower confidence bound
+    relief: float  # fall of the mean excess
+    share: float  # of the excess over the floor that there was
+
+
+class Assessor:
+    """Fits and scores sets of effects, each once, several at a time."""
+
+    def __init__(self, case: Case, cfg: SearchConfig, jobs: int, seed: int) -> None:
+        self.case, self.cfg, self.seed = case, cfg, seed
+        self._jobs = jobs
+        self._fitted: dict[Names, tuple[Hypothesis, float]] = {}
+        self._assessed: dict[Names, Assessment] = {}
+        self.folds = [
+            tuple(range(k, case.units, min(cfg.folds, case.units))) for k in range(min(cfg.folds, case.units))
+        ]
+
+    @property
+    def assessed(self) -> Mapping[Names, Assessment]:
+        """Every set assessed so far."""
+        return self._assessed
+
+    def fit(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> dict[Names, float]:
+        """In-sample log-likelihood (nats) of sets, each fitted to all units from a start; for ranking only."""
+        todo = dict(reversed(list(wanted)))  # the first start of each set
+        new = [(names, start) for names, start in todo.items() if names not in self._fitted]
+        for (names, _), result in zip(new, self._parallel(self._fit, new), strict=True):
+            self._fitted[names] = result
+        return {names: self._fitted[names][1] for names in todo}
+
+    def assess(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> list[Assessment]:
+        """Sets with their scores, in the order asked for."""
+        wanted = list(wanted)
+        self.fit(wanted)
+        new = list(dict.fromkeys((names,) for names, _ in wanted if names not in self._assessed))
+        for (names,), result in zip(new, self._parallel(self._hold_out, new), strict=True):
+            self._assessed[names] = result
+        return [self._assessed[names] for names, _ in wanted]
+
+    def one(self, names: Names, start: Hypothesis = NOMINAL) -> Assessment:
+        """One set with its score."""
+        return self.assess([(names, start)])[0]
+
+    def gain(self, more: Assessment, less: Assessment) -> Gain:
+        """What `more` has over `less`.
+
+        Where both leave more than noise, the likelihood is overconfident by that much: it is divided by the smaller
+        excess, as in the quasi-likelihood criteria (Burnham and Anderson 2002, section 2.5).
+        """
+        dispersion = max(1.0, 1 + min(more.rest, less.rest))
+        difference = (more.loglik - less.loglik) / dispersion
+        relief = less.rest - more.rest
+        return Gain(
+            float(difference.sum()),
+            lower_bound(difference, self.cfg.confidence, self.seed),
+            relief,
+            relief / less.rest if less.rest > 0 else 0.0,
+        )
+
+    def worth(self, more: Assessment, less: Assessment) -> bool:
+        """Whether the names that `more` has and `less` has not are significant, and relevant."""
+        gain, count = self.gain(more, less), max(len(more.names) - len(less.names), 1)
+        significant = gain.nats > self.cfg.evidence * count and gain.low > 0
+        return significant and gain.relief > self.cfg.relief and gain.share > self.cfg.share
+
+    def adequate(self, assessment: Assessment) -> bool:
+        """Whether nothing beyond noise is left."""
+        return assessment.rest <= self.cfg.adequate
+
+    def _fit(self, names: Names, start: Hypothesis) -> tuple[Hypothesis, float]:
+        units = range(self.case.units)
+        hypothesis = self.case.fit(names, units, start)
+        return hypothesis, float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, units)))
+
+    def _hold_out(self, names: Names) -> Assessment:
+        case, whole = self.case, self._fitted[names][0]
+        loglik: dict[int, np.ndarray] = {}
+        excess = np.empty(case.units)
+        folds = []
+        for held in self.folds:
+            fitted = case.fit(names, [unit for unit in range(case.units) if unit not in held], whole)
+            folds.append(fitted)
+            loglik |= dict(zip(held, case.loglik(fitted, held), strict=True))
+            excess[list(held)] = case.excess(fitted, held)
+        blocks = np.concatenate([loglik[unit] for unit in range(case.units)])
+        return Assessment(names, whole, tuple(folds), blocks, excess)
+
+    def _parallel(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
+        return joblib.Parallel(self._jobs, prefer="threads")(joblib.delayed(function)(*call) for call in calls)

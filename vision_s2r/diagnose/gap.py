@@ -1,0 +1,124 @@
+"""How large the gap is, how far it shrinks, and whose it is: all on episodes or frames that no fit has seen."""
+
+import itertools
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.case import NOMINAL, Case, Hypothesis
+from vision_s2r.diagnose.search import Found
+from vision_s2r.diagnose.statistics import Interval, interval
+
+
+@dataclass(frozen=True)
+class Share:
+    """A part of the gap and its 95 % interval."""
+
+    value: float
+    ci: Interval
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Mean squared errors [units] of the gap's metric on held-out data, and what follows from them."""
+
+    before: np.ndarray  # the simulator as it came
+    refitted: np.ndarray  # with its nominal parameters refitted
+    after: np.ndarray  # with the diagnosis
+    floor: np.ndarray  # measurement noise
+    seed: int
+
+    def shrink(self, end: np.ndarray, start: np.ndarray | None = None) -> Share:
+        """(start - end) / (before - floor) in root mean squares, and its interval; start is before unless given."""
+        start = self.before if start is None else start
+
+        def statistic(counts: np.ndarray) -> np.ndarray:
+            before, floor, first, last = (
+                np.sqrt(counts @ error / counts.sum(axis=1)) for error in (self.before, self.floor, start, end)
+            )
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.where(before > floor, (first - last) / (before - floor), 0.0)
+
+        units = len(self.before)
+        return Share(float(statistic(np.ones((1, units)))[0]), interval(statistic, units, self.seed))
+
+    def share(self, part: np.ndarray) -> Share:
+        """A part [units] of the squared gap over that gap, before less floor."""
+
+        def statistic(counts: np.ndarray) -> np.ndarray:
+            whole = counts @ (self.before - self.floor)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                return np.where(whole > 0, counts @ part / whole, 0.0).clip(0, 1)
+
+        units = len(part)
+        return Share(float(statistic(np.ones((1, units)))[0]), interval(statistic, units, self.seed))
+
+
+def measure(case: Case, assessor: Assessor, found: Found) -> Gap:
+    """The gap of a recording before and after."""
+    return Gap(
+        held_out(case, assessor, found.nominal),
+        held_out(case, assessor, found.refitted),
+        held_out(case, assessor, found.final),
+        case.floor(range(case.units)),
+        assessor.seed,
+    )
+
+
+def held_out(case: Case, assessor: Assessor, assessment: Assessment) -> np.ndarray:
+    """Mean squared error [units], each unit under the fit that has not seen it."""
+    error = np.empty(case.units)
+    for held, hypothesis in zip(assessor.folds, assessment.folds, strict=True):
+        error[list(held)] = case.error(hypothesis, held)
+    return error
+
+
+def shapley(case: Case, assessor: Assessor, found: Found) -> dict[str, np.ndarray]:
+    """The part [units] of the squared gap that each name closes: Shapley's value over the orders of adding them.
+
+    Parameters stay at the diagnosis; a set's worth is the fall of the error when it is switched on. With eight names
+    or more, names beyond the seven of most effect are added last.
+    """
+    names = sorted(found.final.names, key=lambda name: -_alone(case, assessor, found, name))
+    players, last = names[:7], names[7:]
+    worth = {
+        subset: held_out_of(case, assessor, found, frozenset(subset))
+        for size in range(len(players) + 1)
+        for subset in itertools.combinations(players, size)
+    }
+    parts = {name: np.zeros(case.units) for name in names}
+    for name in players:
+        others = [player for player in players if player != name]
+        for size in range(len(others) + 1):
+            weight = math.factorial(size) * math.factorial(len(others) - size) / math.factorial(len(players))
+            for subset in itertools.combinations(others, size):
+                joined = tuple(player for player in players if player in subset or player == name)
+                parts[name] += weight * (worth[subset] - worth[joined])
+    on = frozenset(players)
+    for name in last:
+        parts[name] = held_out_of(case, assessor, found, on) - held_out_of(case, assessor, found, on | {name})
+        on |= {name}
+    return parts
+
+
+def held_out_of(case: Case, assessor: Assessor, found: Found, names: frozenset[str]) -> np.ndarray:
+    """Mean squared error [units] with only these names of the diagnosis on, at the parameters of each fold."""
+    error = np.empty(case.units)
+    for held, hypothesis in zip(assessor.folds, found.final.folds, strict=True):
+        error[list(held)] = case.error(reduced(hypothesis, names, found.final.names), held)
+    return error
+
+
+def reduced(hypothesis: Hypothesis, names: frozenset[str], of: frozenset[str]) -> Hypothesis:
+    """The hypothesis without those of the names `of` that are not in `names`."""
+    off = of - names
+    if not names:
+        return NOMINAL
+    values = {name: value for name, value in hypothesis.values.items() if name not in off}
+    return Hypothesis(values, {key: value for key, value in hypothesis.extra.items() if key not in off})
+
+
+def _alone(case: Case, assessor: Assessor, found: Found, name: str) -> float:
+    return -float(held_out_of(case, assessor, found, frozenset({name})).mean())

@@ -1,0 +1,52 @@
+"""Where the gap lies: which samples hold more of it than their number."""
+
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.diagnose.case import Axis, Samples
+from vision_s2r.diagnose.statistics import interval
+
+LIFT = 1.3  # a place is worth naming where it holds so many times its share of the samples
+LEAST = 0.05  # … and this share of the gap
+MOST = 8  # places named
+
+
+def where(samples: Samples, seed: int) -> list[dict[str, Any]]:
+    """The places that hold more of the gap than of the samples, the most telling first, as the report has them."""
+    found = [place for axis in samples.axes for place in _telling(samples, axis, seed)]
+    return [place for _, place in sorted(found, key=lambda each: -each[0])[:MOST]]
+
+
+def _telling(samples: Samples, axis: Axis, seed: int) -> list[tuple[float, dict[str, Any]]]:
+    over, count = _sums(samples, axis)
+    found = []
+    for k, label in enumerate(axis.labels):
+
+        def statistic(counts: np.ndarray, k: int = k) -> np.ndarray:
+            whole = counts @ over.sum(axis=1)
+            return np.divide(counts @ over[:, k], whole, out=np.zeros(len(counts)), where=whole > 0)
+
+        share = float(statistic(np.ones((1, len(over))))[0])
+        of_samples = count[:, k].sum() / max(count.sum(), 1)
+        low, high = interval(statistic, len(over), seed)
+        if share > LEAST and low > of_samples * LIFT:
+            place = {
+                "axis": axis.name,
+                "at": label,
+                "share": min(share, 1.0),
+                "ci": [max(low, 0.0), min(high, 1.0)],
+                "samples": float(of_samples),
+            }
+            found.append((share * np.log(share / of_samples), place))
+    return sorted(found, key=lambda each: -each[0])[:2]
+
+
+def _sums(samples: Samples, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
+    """Squared error over the floor, and number of samples, by unit and bin [units, bins]."""
+    units = int(samples.unit.max()) + 1 if len(samples.unit) else 0
+    inside = axis.bins >= 0
+    flat = samples.unit[inside] * len(axis.labels) + axis.bins[inside]
+    size = units * len(axis.labels)
+    over = np.bincount(flat, (samples.error - samples.floor)[inside], size)
+    return over.reshape(units, -1), np.bincount(flat, minlength=size).reshape(units, -1)

@@ -1,0 +1,154 @@
+"""Which effects: sets grown, pruned and swapped by held-out likelihood, beside flexible unknowns."""
+
+from dataclasses import dataclass
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.case import NOMINAL, Case, Names
+
+
+@dataclass(frozen=True)
+class Found:
+    """The end of a search."""
+
+    final: Assessment  # effects and decoys that are needed; other nominal parameters as they came
+    refitted: Assessment  # every nominal parameter refitted, no effect added
+    nominal: Assessment  # the simulator as it came
+    effects: Names  # named ones
+    unknown: Names  # decoys that were needed: something is there that no effect of the library is
+    adequate: bool  # nothing beyond noise is left
+
+
+class Search:
+    """The search over sets of effects of one recording."""
+
+    def __init__(self, case: Case, assessor: Assessor) -> None:
+        self._case, self._assessor, self._cfg = case, assessor, assessor.cfg
+        self._certain = frozenset(case.certain)
+        self._base = case.refitted | self._certain
+        self._effects = frozenset(case.library) - self._base
+        self._candidates = [name for name in case.library if name not in self._base and name not in case.silent]
+
+    def run(self) -> Found:
+        """The smallest set that explains what can be explained."""
+        assess = self._assessor
+        nominal = assess.one(frozenset())
+        base = assess.one(self._base)
+        named = self._shed(self._swap(self._grow(base)), self._effects)
+        final = self._challenge(named, base)
+        final = self._restore(final)
+        unknown = final.names & frozenset(self._case.decoys)
+        return Found(
+            final,
+            assess.one(self._case.refitted),
+            nominal,
+            final.names - unknown,
+            unknown,
+            assess.adequate(final),
+        )
+
+    def _grow(self, base: Assessment) -> Assessment:
+        """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
+        best, beam, patience = base, [base], 1
+        for size in range(1, self._cfg.most + 1):
+            if size > 1 and self._assessor.adequate(best):
+                break
+            children = self._children(beam, size)
+            if not children:
+                break
+            beam = children[: self._cfg.beam]
+            if self._assessor.worth(beam[0], best):
+                best, patience = beam[0], 1
+            elif patience:
+                patience -= 1
+            else:
+                break
+        return best
+
+    def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
+        """Sets one larger than those of the beam, and proposed ones of that size; the best first."""
+        wanted = [(self._base | names, NOMINAL) for names in self._case.proposals() if len(names - self._base) == size]
+        for parent in beam:
+            free = [name for name in self._candidates if name not in parent.names]
+            gains = self._case.screen(parent.hypothesis, free)
+            promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.breadth]
+            wanted += [(parent.names | {name}, parent.hypothesis) for name in promising]
+        scores = self._assessor.fit(wanted)
+        starts = dict(reversed(wanted))
+        best = sorted(scores, key=lambda names: -scores[names])[: self._cfg.contenders]
+        return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
+
+    def _swap(self, found: Assessment) -> Assessment:
+        """With an effect exchanged for its twin, where that is the likelier of the two."""
+        swaps = [
+            (found.names - {name} | {twin}, found.hypothesis)
+            for name in sorted(found.names - self._base)
+            for twin in sorted(self._case.twins(name) & frozenset(self._candidates) - found.names)
+        ]
+        return max([found, *self._assessor.assess(swaps)], key=lambda assessment: assessment.score)
+
+    def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
+        """Without those of the doubtful names that are not worth their name beside the others."""
+        while removable := sorted(found.names & doubtful):
+            without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in removable])
+            idle = [
+                less
+                for name, less in zip(removable, without, strict=True)
+                if not self._assessor.worth(found, less) or self._case.negligible(found.hypothesis, name)
+            ]
+            if not idle:
+                break
+            found = max(idle, key=lambda less: less.score)
+        return found
+
+    def _challenge(self, named: Assessment, base: Assessment) -> Assessment:
+        """The named set against flexible unknowns: beside it where something is left, instead of it always.
+
+        A single unknown function that says as much as several effects is the simpler story.
+        """
+        decoys = sorted(self._case.decoys)
+        if named.names == base.names and self._assessor.adequate(named):
+            return named
+        alone = self._assessor.assess([(base.names | {decoy}, base.hypothesis) for decoy in decoys])
+        rival = max(alone, key=lambda assessment: assessment.score, default=base)
+        margin = self._cfg.evidence * (2 - (len(named.names) - len(base.names)))
+        simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.worth(rival, base)
+        best = rival if simpler else named
+        while not self._assessor.adequate(best):
+            beside = self._assessor.assess(
+                [(best.names | {decoy}, best.hypothesis) for decoy in decoys if decoy not in best.names]
+            )
+            more = max(beside, key=lambda assessment: assessment.score, default=best)
+            if not self._assessor.worth(more, best):
+                break
+            best = self._shed(more, self._effects)
+        return self._unmask(best) if best.names & frozenset(decoys) or not self._assessor.adequate(best) else best
+
+    def _unmask(self, found: Assessment) -> Assessment:
+        """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
+        while True:
+            masks = [
+                name for name in sorted(found.names & self._effects) if self._case.suspicious(found.hypothesis, name)
+            ]
+            if not masks:
+                return found
+            without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in masks])
+            found = max(without, key=lambda less: less.score)
+
+    def _restore(self, found: Assessment) -> Assessment:
+        """Nominal parameters back to their nominal values, apart from those that have to differ.
+
+        Where several have to, one effect more, or a torque constant, may say the same with fewer names.
+        """
+        found = self._shed(found, self._case.refitted)
+        if len(found.names & self._case.refitted) < 2:
+            return found
+        whole = found.names | self._case.refitted
+        free = [name for name in self._candidates if name not in whole]
+        gains = self._case.screen(self._assessor.one(whole, found.hypothesis).hypothesis, free)
+        promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.contenders]
+        others = [whole | {name} for name in promising] + list(self._case.simplify(found.names))
+        for names in others:
+            simpler = self._shed(self._assessor.one(names, found.hypothesis), self._case.refitted)
+            if len(simpler.names) < len(found.names) and not self._assessor.worth(found, simpler):
+                found = simpler
+        return found
