@@ -1,0 +1,84 @@
+"""From a fit of everything to the few effects that it needs: backward, the least missed one at a time."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.diagnose.camera.coordinates import CHARTS, pack
+from vision_s2r.diagnose.camera.fitting import Target, columns, gauss_newton, normal
+from vision_s2r.diagnose.camera.prediction import Stages, Values
+
+_IDLE = 0.002  # nats a pixel that nobody misses
+_NEEDED = 0.4  # … and that everybody does
+
+
+def chain(target: Target, values: Values, units: Sequence[int], fixed: Sequence[str]) -> list[tuple[Values, float]]:
+    """Ever smaller sets of effects fitted on `units`, from all of `values` down to one, each with its mean loss."""
+    current = dict(values)
+    for name in [name for name in current if name not in fixed]:
+        if target_loss_without(target, current, name, units) < target.loss(current, units) + _IDLE / 2:
+            del current[name]
+    fitted, loss = gauss_newton(target, current, list(current), units, 2)
+    links = [(fitted, loss)]
+    while len(names := [name for name in fitted if name not in fixed]) > 1:
+        costs = drop_costs(target, fitted, names, units)
+        least = sorted(names, key=lambda name: costs[name])
+        idle = [name for name in least[:-1] if costs[name] < _IDLE] or least[:1]
+        fitted = {name: value for name, value in fitted.items() if name not in idle}
+        fitted, loss = gauss_newton(target, fitted, list(fitted), units, 3)
+        links.append((fitted, loss))
+    return links
+
+
+def target_loss_without(target: Target, values: Values, name: str, units: Sequence[int]) -> float:
+    """Mean loss with an effect switched off and the rest as it is."""
+    return target.loss({each: value for each, value in values.items() if each != name}, units)
+
+
+def drop_costs(target: Target, values: Values, names: Sequence[str], units: Sequence[int]) -> dict[str, float]:
+    """By about how much the mean loss rises when an effect is switched off and the others make up for it."""
+    charted = [name for name in names if name in CHARTS]
+    stages: Stages = {}
+    residual = target.residual(values, units, stages, keep=True)
+    slopes, steps = columns(target, values, charted, units, stages)
+    matrix = normal(target, slopes, residual, units).matrix
+    pixels = float(target.counted[list(units)].sum()) * residual.shape[1]
+    here = target.loss(values, units)
+    costs = {}
+    at = 0
+    for name in names:
+        direct = target_loss_without(target, values, name, units) - here
+        if name not in charted:
+            costs[name] = direct
+            continue
+        size = len(CHARTS[name].steps(target.pictures.optics))
+        own = slice(at, at + size)
+        at += size
+        departure = (pack(values, [name]) - neutral_point(name, values[name])) / steps[own]
+        rest = np.r_[0 : own.start, own.stop : len(matrix)]
+        stiffness = matrix[own, own]
+        if len(rest):
+            inner = matrix[np.ix_(rest, rest)] + 1e-9 * np.eye(len(rest)) * matrix.diagonal().max()
+            stiffness = stiffness - matrix[own][:, rest] @ np.linalg.solve(inner, matrix[rest][:, own])
+        share = (departure @ stiffness @ departure) / max(departure @ matrix[own, own] @ departure, 1e-12)
+        # The others make up for so much; what is far from linear is asked for its cost directly.
+        costs[name] = direct * float(np.clip(share, 0.0, 1.0))
+    return costs
+
+
+def neutral_point(name: str, values: Mapping[str, float]) -> np.ndarray:
+    """The fit's coordinates of an effect that is off but otherwise as it was."""
+    neutral = {
+        parameter.name: values[parameter.name] if parameter.neutral is None else parameter.neutral
+        for parameter in CAMERA_EFFECTS[name].parameters
+    }
+    return np.array(CHARTS[name].inward(neutral))
+
+
+def needed(links: Sequence[tuple[Values, float]]) -> list[frozenset[str]]:
+    """The sets of a chain that are worth asking: the smallest that is about as good as the best, and those below it."""
+    best = min(loss for _, loss in links)
+    good = [values for values, loss in links if loss < best + 0.02]
+    smallest = min(good, key=len)
+    return [frozenset(values) for values, _ in links if len(values) <= len(smallest) + 1]

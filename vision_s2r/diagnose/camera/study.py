@@ -1,0 +1,165 @@
+"""What a case finds out about a recording once: its noise, its reference fit, and which sets of effects to ask about."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import torch
+
+from vision_s2r.diagnose.camera import silence
+from vision_s2r.diagnose.camera.elimination import chain, needed
+from vision_s2r.diagnose.camera.fitting import Target
+from vision_s2r.diagnose.camera.lattice import attenuation, jpeg_quality
+from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Pictures, Values, default_intrinsics
+from vision_s2r.diagnose.camera.reference import fit_reference, informative, interpolation_softness, pyramid
+from vision_s2r.diagnose.camera.scoring import Yardstick, temper
+from vision_s2r.diagnose.camera.weighing import (
+    IDENTITY,
+    Attenuation,
+    NoiseBins,
+    NoiseModel,
+    base_noise,
+    counted_pixels,
+    detail,
+    measure,
+    spread_map,
+)
+from vision_s2r.recording import CameraRecording
+
+_FRAMES = 4  # of the reference fit
+_NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
+_QUIET_EDGES = 0.03  # what a simulator without warps gets wrong, of an edge's height …
+_WARPED_EDGES = 0.2  # … and at most with one
+
+
+@dataclass(frozen=True)
+class Study:
+    """What is known of a recording."""
+
+    pictures: Pictures
+    jpeg: tuple[int, float] | None  # quality and evidence
+    silent: Mapping[str, str]
+    reference: Values
+    links: Sequence[Values]  # sets fitted on the way from the reference to less
+    yardstick: Yardstick
+    bins: NoiseBins
+    ranked: Sequence[int]  # frames, the most telling first
+    proposals: Sequence[frozenset[str]]
+
+    def known(self, names: Collection[str]) -> dict[str, Mapping[str, float]] | None:
+        """Values of exactly these effects that a fit has ended with already."""
+        for values in self.links:
+            if set(values) == set(names):
+                return dict(values)
+        return None
+
+
+@torch.inference_mode()
+def study(recording: CameraRecording, library: Collection[str]) -> Study:
+    """Look at a recording: minutes of a person's work, seconds here."""
+    pictures = open_pictures(recording)
+    count = len(pictures.sim)
+    silent = silence.silent(pictures, library)
+    jpeg = _jpeg(recording) if "jpeg_compression" in library else None
+    fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
+    names = [name for name in library if name not in NOISES | silent.keys() | {"jpeg_compression"}]
+    levels = pyramid(pictures)
+    units = informative(pictures, _FRAMES)
+    reference = fit_reference(levels, names, fixed, units)
+    pictures = replace(pictures, softness=interpolation_softness(pictures, reference, units))
+    yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
+    target = Target(pictures, yardstick.variance, yardstick.counted)
+    links = chain(target, reference, units, list(fixed))
+    noises = noise_names(yardstick.noise, bins, links[-1][0], [name for name in NOISES if name in library and name not in silent])
+    proposals = [names | frozenset(noises) for names in needed(links)]
+    ranked = sorted(range(count), key=lambda unit: unit not in units)
+    edges = detail(pictures.sim).mean((1, 2, 3))
+    ranked = sorted(range(count), key=lambda unit: -float(edges[unit]))
+    return Study(pictures, jpeg, silent, reference, [values for values, _ in links], yardstick, bins, ranked, proposals)
+
+
+def open_pictures(recording: CameraRecording) -> Pictures:
+    """The pairs of a recording as the fit has them."""
+    channels = 1 if recording.grey else 3
+
+    def tensor(pictures: np.ndarray) -> torch.Tensor:
+        return torch.from_numpy(np.ascontiguousarray(pictures[..., :channels].transpose(0, 3, 1, 2)))
+
+    sim = tensor(recording.sim)
+    height, width = sim.shape[-2:]
+    meant = torch.ones((len(sim), 1, height, width))
+    if recording.mask is not None:
+        meant = torch.from_numpy(recording.mask)[:, None].float()
+    intrinsics = (
+        default_intrinsics(height, width)
+        if recording.intrinsics is None
+        else torch.from_numpy(recording.intrinsics).float()
+    )
+    return Pictures(sim, tensor(recording.real), meant, intrinsics, recording.encoding)
+
+
+def _jpeg(recording: CameraRecording) -> tuple[int, float] | None:
+    """JPEG's quality and evidence, unless the simulator's pictures have the same lattice."""
+    if recording.bits != 8:
+        return None
+    found = jpeg_quality(recording.real)
+    return None if found is None or jpeg_quality(recording.sim) is not None else found
+
+
+def measure_noise(
+    pictures: Pictures, reference: Values, jpeg: tuple[int, float] | None, bits: int
+) -> tuple[Yardstick, NoiseBins]:
+    """The yardstick of a recording, from what the reference leaves."""
+    every = range(len(pictures.sim))
+    mean = pictures.predict(reference, every).mean
+    residual = pictures.real - mean
+    counted = counted_pixels(pictures, reference, 2)
+    bins = measure(residual, mean, counted, white=jpeg is None)
+    rounding = 0.0 if jpeg else 1 / 12 / (2**bits - 1) ** 2
+    through = IDENTITY
+    if jpeg:
+        before, after = attenuation(float(jpeg[0]), pictures.sim.shape[1])
+        through = Attenuation(before.double().numpy(), after.double().numpy())
+    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, every, rounding)
+    noise = NoiseModel(base, rounding, through, pictures.encoding)
+    measured = spread_map(bins, mean, noise.quiet)
+    edge = _edge_error(residual, mean, measured, counted, any(name in WARPS for name in reference))
+    tolerance = (edge * detail(mean)).square()
+    variance = measured + tolerance
+    return Yardstick(noise, measured, tolerance, counted, temper(residual, variance, counted)), bins
+
+
+def _edge_error(residual: torch.Tensor, mean: torch.Tensor, measured: torch.Tensor, counted: torch.Tensor, warped: bool) -> float:
+    """The standard deviation of what is wrong at edges, in units of their height."""
+    fine = detail(mean)
+    busy = counted & (fine > 8 / 255)
+    if not warped or not busy.any():
+        return _QUIET_EDGES
+    over = ((residual.square() - measured) / fine.square()).mean(1, keepdim=True)[busy]
+    typical = float(over.clamp(-0.1, 0.1).mean())
+    return min(max(typical, _QUIET_EDGES**2), _WARPED_EDGES**2) ** 0.5
+
+
+def noise_names(noise: NoiseModel, bins: NoiseBins, values: Values, names: Sequence[str]) -> list[str]:
+    """The fewest noise effects that make up for the measured noise."""
+    units = range(len(bins.squares))
+    variance, counts = bins.variance(units)
+    usable = np.isfinite(variance) & (variance > 0)
+
+    def misfit(chosen: list[str]) -> float:
+        fitted = noise.fit(values, chosen, bins, units) if chosen else {}
+        model = noise.at(dict(values) | fitted, bins.values)[usable]
+        mismatch = (np.sqrt(model / variance[usable]) - 1) ** 2
+        return float((mismatch * counts[usable]).sum() / counts[usable].sum())
+
+    if not usable.any():
+        return []
+    found: list[str] = []
+    left = misfit(found)
+    while rest := [name for name in sorted(names) if name not in found]:
+        name = min(rest, key=lambda each: misfit([*found, each]))
+        less = misfit([*found, name])
+        if less > left - _NOISE_WORTH:
+            break
+        found, left = [*found, name], less
+    return found
