@@ -19,9 +19,11 @@ from vision_s2r.joint.effects.thermal_drift import drifted
 from vision_s2r.joint.effects.torque_constant import motor_torque
 from vision_s2r.joint.effects.torque_saturation import saturate
 from vision_s2r.joint.effects.torque_speed_limit import limit_by_speed
-from vision_s2r.joint.effects.viscous_damping import response, time_to_stop
+from vision_s2r.joint.effects.viscous_damping import Response, response, time_to_stop
 from vision_s2r.joint.machine import Machine
 from vision_s2r.joint.tables import look_up
+
+Glide = tuple[float, Response]  # of motion in one direction: its damping, and the response of a whole step
 
 
 @compiled
@@ -29,6 +31,13 @@ def needs_velocity(machine: Machine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
     stribeck_on = not math.isnan(machine.stribeck_friction_static)
     return stribeck_on or machine.torque_speed_limit_no_load_speed < math.inf or tables[1, 2] > 0
+
+
+@compiled
+def steady(machine: Machine, heights: np.ndarray) -> bool:
+    """Whether a command held makes one torque in one direction, apart from viscous damping."""
+    fixed = math.isnan(machine.stribeck_friction_static) and machine.torque_speed_limit_stall == math.inf
+    return fixed and machine.gravity_torque == 0 and machine.cogging_amplitude == 0 and len(heights) == 0
 
 
 @compiled
@@ -82,40 +91,40 @@ def viscous(machine: Machine, direction: float, time: float) -> float:
 
 
 @compiled
-def row_of(direction: float) -> int:
-    """Where arrays of the two directions keep this one: negative first."""
-    return 1 if direction > 0 else 0
-
-
-@compiled
 def advance(
     machine: Machine,
     velocity: float,
     torque: float,
     weight: float,
     motor: float,
-    damping: np.ndarray,
-    responses: np.ndarray,
+    ahead: Glide,
+    back: Glide,
     inertia: float,
     step: float,
     whole: bool,
 ) -> tuple[float, float, float]:
     """Motion with friction under a constant torque until `step` is over, or until it comes to rest if that is sooner.
 
-    damping [2] and responses [2, 4] (of a whole step) are those of the two directions. Returns the distance, the
-    velocity and the time used. A joint at rest stays there all the step if friction can hold it.
+    `ahead` and `back` are what viscous damping makes of motion in the positive and the negative direction, in a whole
+    step. Returns the distance, the velocity and the time used. A joint at rest stays there all the step if friction
+    can hold it.
     """
     direction = direction_of(velocity, torque)
     net = torque - direction * dry(machine, direction, weight, motor)
     if velocity == 0 and (abs(torque) <= dry(machine, direction, 1.0, motor) or direction * net <= 0):
         return 0.0, 0.0, step
-    k = row_of(direction)
-    e, g, a, b = responses[k, 0], responses[k, 1], responses[k, 2], responses[k, 3]
+    damping, (e, g, a, b) = ahead if direction > 0 else back
     if not whole:
-        e, g, a, b = response(damping[k], inertia, step)
+        e, g, a, b = response(damping, inertia, step)
     after = e * velocity + g * net
-    if velocity != 0 and direction * after <= 0 and direction * net < 0:
-        time = min(time_to_stop(velocity, net, damping[k], inertia), step)
-        _, _, a, b = response(damping[k], inertia, time)
+    if direction * after <= 0 and velocity != 0 and direction * net < 0:
+        time = min(time_to_stop(velocity, net, damping, inertia), step)
+        _, _, a, b = response(damping, inertia, time)
         return a * velocity + b * net, 0.0, time
     return a * velocity + b * net, after, step
+
+
+@compiled
+def glide(damping: float, inertia: float, step: float) -> Glide:
+    """What viscous damping makes of motion in one direction."""
+    return damping, response(damping, inertia, step)

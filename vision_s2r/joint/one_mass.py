@@ -8,7 +8,7 @@ nominal joint without gravity is exact at any step.
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import advance, commanded, on_load, on_motor, weight_at
+from vision_s2r.joint.drive import Glide, advance, commanded, on_load, on_motor, weight_at
 from vision_s2r.joint.machine import Machine
 
 
@@ -23,8 +23,8 @@ def one_mass_step(
     other: float,  # torque beside the commanded one, as the last step had it
     current: float,
     time: float,  # in the middle of the step
-    damping: np.ndarray,  # [2] of the two directions
-    responses: np.ndarray,  # [2, 4] of a whole step
+    ahead: Glide,
+    back: Glide,
     step: float,
     fast: bool,  # no torque needs the velocity in the middle of the step
 ) -> tuple[float, float, float, float]:
@@ -32,9 +32,7 @@ def one_mass_step(
     middle = velocity
     if not fast:
         motor = commanded(machine, current, velocity)
-        _, after, _ = advance(
-            machine, velocity, motor + other, weight, motor, damping, responses, machine.inertia, step, True
-        )
+        _, after, _ = advance(machine, velocity, motor + other, weight, motor, ahead, back, machine.inertia, step, True)
         middle = 0.5 * (velocity + after)
         weight = weight_at(machine, middle)
     motor = commanded(machine, current, middle)
@@ -42,13 +40,11 @@ def one_mass_step(
     other = on_motor(machine, tables, heights, halfway, middle, time) + on_load(machine, halfway)
     torque = motor + other
     distance, velocity, used = advance(
-        machine, velocity, torque, weight, motor, damping, responses, machine.inertia, step, True
+        machine, velocity, torque, weight, motor, ahead, back, machine.inertia, step, True
     )
     position += distance
     if used < step:  # came to rest: held for the remaining time, or driven back
         weight, left = weight_at(machine, 0.0), step - used
-        distance, velocity, _ = advance(
-            machine, 0.0, torque, weight, motor, damping, responses, machine.inertia, left, False
-        )
+        distance, velocity, _ = advance(machine, 0.0, torque, weight, motor, ahead, back, machine.inertia, left, False)
         position += distance
     return position, velocity, weight, other

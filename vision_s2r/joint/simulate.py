@@ -14,12 +14,21 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import commanded, needs_velocity, on_load, on_motor, viscous, weight_at
+from vision_s2r.joint.drive import (
+    Glide,
+    commanded,
+    glide,
+    needs_velocity,
+    on_load,
+    on_motor,
+    steady,
+    viscous,
+    weight_at,
+)
 from vision_s2r.joint.effects.compliance import spring_response
 from vision_s2r.joint.effects.encoder_quantization import quantise
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.effects.latency import split_delay
-from vision_s2r.joint.effects.viscous_damping import responses
 from vision_s2r.joint.machine import COLUMNS, Machine
 from vision_s2r.joint.one_mass import one_mass_step
 from vision_s2r.joint.tables import Tables
@@ -55,7 +64,8 @@ def simulate(
     observed [E, T, 2], leak    an observer: at each sample `leak` times (observed - simulated) is added to the
                       simulated state, after its row is written, so that the row is a prediction. Where observed is
                       NaN nothing is added. leak = 0 simulates freely.
-    substeps          integration steps a sample; by default as many as keep them at 2 ms or less
+    substeps          integration steps a sample; by default as many as keep them at 2 ms or less, and one where
+                      that is exact: no torque varies between samples, and no play or spring divides the joint
     threads           by default as many as the machine has, for work that is worth it
 
     Row k is the state at sample k, before command k acts. Play starts in its middle, a spring untwisted; latency
@@ -72,18 +82,19 @@ def simulate(
     elif observed.shape != (episodes, samples, 2):
         raise UserError(f"observed is {observed.shape}, expected {(episodes, samples, 2)}")
     observed = np.ascontiguousarray(observed, dtype=np.float64)
-    if substeps is None:
-        substeps = max(1, math.ceil(sample_time / STEP - 1e-9))
-    if substeps < 1:
+    if substeps is not None and substeps < 1:
         raise UserError(f"substeps is {substeps}, expected 1 or more")
+    steps = substeps or max(1, math.ceil(sample_time / STEP - 1e-9))
     out = np.full((len(machines), episodes, samples, 2), np.nan)
     jobs = len(machines) * episodes
     if threads is None:
-        threads = len(os.sched_getaffinity(0)) if jobs * samples * substeps >= WORTH_THREADS else 1
+        threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
     threads = max(1, min(threads, jobs))
 
+    inputs = (command, first, float(sample_time), lengths, observed, float(leak))
+
     def share(k: int) -> None:
-        _kernel(machines, command, first, sample_time, lengths, observed, leak, substeps, layout, k, threads, out)
+        _kernel(machines, *inputs, steps, substeps is None, layout, k, threads, out)
 
     if threads == 1:
         share(0)
@@ -125,23 +136,21 @@ def _one_mass(
     weight = weight_at(machine, velocity)
     other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
     fast = not needs_velocity(machine, tables)
-    damping = np.empty(2)
-    table = np.empty((2, 2, 4))
     counts, steps = _segments(fraction, sample_time, substeps)
+    glides = _glides(machine, 0.5 * sample_time, machine.inertia, steps)
     for k in range(len(out)):
         out[k, 0], out[k, 1] = position, velocity
         if leak > 0:
             position += _correction(leak, observed[k, 0], position)
             velocity += _correction(leak, observed[k, 1], velocity)
         time = k * sample_time
-        if k == 0 or machine.thermal_drift_rate != 0:
-            _damping(machine, time + 0.5 * sample_time, damping)
-            for segment in range(2):
-                responses(damping, machine.inertia, steps[segment], table[segment])
+        if machine.thermal_drift_rate != 0:
+            glides = _glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
         for segment in range(2):
             sent = k - whole - 1 + segment
             current = command[sent] if sent >= 0 else 0.0
             step = steps[segment]
+            ahead, back = glides[segment]
             for _ in range(counts[segment]):
                 position, velocity, weight, other = one_mass_step(
                     machine,
@@ -153,8 +162,8 @@ def _one_mass(
                     other,
                     current,
                     time + 0.5 * step,
-                    damping,
-                    table[segment],
+                    ahead,
+                    back,
                     step,
                     fast,
                 )
@@ -182,8 +191,6 @@ def _two_masses(
     weight = weight_at(machine, first[1])
     on_shaft = on_motor(machine, tables, heights, first[0], first[1], 0.0)
     fast = not needs_velocity(machine, tables)
-    damping = np.empty(2)
-    joined, alone = np.empty((2, 2, 4)), np.empty((2, 2, 4))
     engaged, free = np.empty((2, 4, 5)), np.empty((2, 4, 5))
     believed = machine.viscous_damping
     counts, steps = _segments(fraction, sample_time, substeps)
@@ -201,10 +208,12 @@ def _two_masses(
             state = (v_motor + correction, v_load + correction, twist, position, side)
         time = k * sample_time
         if k == 0 or machine.thermal_drift_rate != 0:
-            _damping(machine, time + 0.5 * sample_time, damping)
-            for segment in range(2):
-                responses(damping, machine.inertia, steps[segment], joined[segment])
-                responses(damping, inertia, steps[segment], alone[segment])
+            damping = (
+                viscous(machine, 1.0, time + 0.5 * sample_time),
+                viscous(machine, -1.0, time + 0.5 * sample_time),
+            )
+            joined = _glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
+            alone = _glides(machine, time + 0.5 * sample_time, inertia, steps)
         for segment in range(2):
             sent = k - whole - 1 + segment
             current = command[sent] if sent >= 0 else 0.0
@@ -236,7 +245,6 @@ def _two_masses(
                             motor,
                             motor + on_shaft,
                             on_load(machine, position),
-                            damping,
                             joined[segment],
                             alone[segment],
                             step,
@@ -270,7 +278,6 @@ def _two_masses(
                         motor,
                         motor + on_shaft,
                         load,
-                        damping,
                         joined[segment],
                         alone[segment],
                         step,
@@ -288,10 +295,15 @@ def _segments(fraction: float, sample_time: float, substeps: int) -> tuple[tuple
 
 
 @compiled
-def _damping(machine: Machine, time: float, out: np.ndarray) -> None:
-    """Viscous damping [2] of motion in the negative and in the positive direction."""
-    out[0] = viscous(machine, -1.0, time)
-    out[1] = viscous(machine, 1.0, time)
+def _glides(
+    machine: Machine, time: float, inertia: float, steps: tuple[float, float]
+) -> tuple[tuple[Glide, Glide], tuple[Glide, Glide]]:
+    """What viscous damping at this time makes of motion ahead and back, in the steps of both segments."""
+    ahead, back = viscous(machine, 1.0, time), viscous(machine, -1.0, time)
+    return (
+        (glide(ahead, inertia, steps[0]), glide(back, inertia, steps[0])),
+        (glide(ahead, inertia, steps[1]), glide(back, inertia, steps[1])),
+    )
 
 
 @compiled
@@ -315,6 +327,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         observed: np.ndarray,
         leak: float,
         substeps: int,
+        fewest: bool,
         tables: np.ndarray,
         share: int,
         shares: int,
@@ -333,9 +346,8 @@ def _compile(sources: str) -> Callable[..., Any]:
                     machine, tables, heights, command[e], first[e], sample_time, observed[e], leak, substeps, states
                 )
             else:
-                _one_mass(
-                    machine, tables, heights, command[e], first[e], sample_time, observed[e], leak, substeps, states
-                )
+                steps = 1 if fewest and steady(machine, heights) else substeps
+                _one_mass(machine, tables, heights, command[e], first[e], sample_time, observed[e], leak, steps, states)
             if machine.encoder_quantization_resolution > 0:
                 quantise(states, machine.encoder_quantization_resolution, sample_time)
 

@@ -47,6 +47,8 @@ class Tables:
 @compiled
 def look_up(tables: np.ndarray, heights: np.ndarray, position: float, velocity: float, time: float) -> float:
     """Sum of the tables' torques."""
+    if len(heights) == 0:
+        return 0.0
     torque = 0.0
     first = 0
     for k in range(3):

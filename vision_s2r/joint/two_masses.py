@@ -9,14 +9,14 @@ the motor comes to rest within a step.
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import advance, dry, weight_at
+from vision_s2r.joint.drive import Glide, advance, dry, weight_at
 from vision_s2r.joint.effects.backlash import contact_force, impact_time, merged
 from vision_s2r.joint.effects.compliance import spring_torque
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.machine import Machine
 
-EVENTS = 12  # in one step of play; what is left of a step with more is followed in contact
+EVENTS = 12  # in one step of play; a step with more ends in contact
 
 # The state of the two masses: velocities of motor and load, twist (motor - load), position of the load, and the side
 # on which they touch (+1: the motor pushes forward, -1 back, 0 they do not).
@@ -31,9 +31,8 @@ def play_step(
     motor: float,
     motor_torque: float,
     load_torque: float,
-    damping: np.ndarray,
-    joined: np.ndarray,  # [2, 4] responses of both masses together to a whole step
-    alone: np.ndarray,  # [2, 4] of the motor alone
+    joined: tuple[Glide, Glide],  # of both masses together, ahead and back
+    alone: tuple[Glide, Glide],  # of the motor alone
     step: float,
 ) -> State:
     """Play without a spring."""
@@ -41,6 +40,7 @@ def play_step(
     inertia = half(machine.inertia)
     edge = 0.5 * machine.backlash_width
     left = step
+    held = False  # the contact lasts to the end of the step
     for event in range(EVENTS):
         whole = left == step
         if side != 0:
@@ -50,21 +50,21 @@ def play_step(
                 motor_torque + load_torque,
                 weight,
                 motor,
-                damping,
-                joined,
+                joined[0],
+                joined[1],
                 machine.inertia,
                 left,
                 whole,
             )
             force = contact_force((after - v_motor) / used, load_torque, inertia) if used > 0 else 0.0
-            if side * force < 0 and event < EVENTS - 1:
+            if side * force < 0 and not held:
                 side = 0.0
                 continue
             position += distance
             v_motor = v_load = after
         else:
             distance, after, used = advance(
-                machine, v_motor, motor_torque, weight, motor, damping, alone, inertia, left, whole
+                machine, v_motor, motor_torque, weight, motor, alone[0], alone[1], inertia, left, whole
             )
             fall = used * (v_load + 0.5 * used * load_torque / inertia)
             end = twist + distance - fall
@@ -72,11 +72,12 @@ def play_step(
                 side = 1.0 if end > 0 else -1.0
                 used = impact_time(edge - side * twist, side * (v_motor - v_load), edge - side * end, used)
                 distance, after, _ = advance(
-                    machine, v_motor, motor_torque, weight, motor, damping, alone, inertia, used, False
+                    machine, v_motor, motor_torque, weight, motor, alone[0], alone[1], inertia, used, False
                 )
                 position += used * (v_load + 0.5 * used * load_torque / inertia)
                 twist = side * edge
                 v_motor = v_load = merged(after, v_load + used * load_torque / inertia)
+                held = used == 0 or event > EVENTS - 4  # just parted: on the edge between contact and flight
             else:
                 twist = end
                 position += fall
@@ -97,7 +98,7 @@ def spring_step(
     motor: float,
     motor_torque: float,
     load_torque: float,
-    damping: np.ndarray,  # [2] of the two directions
+    damping: tuple[float, float],  # ahead and back
     believed: float,  # the damping that `engaged` and `free` were made with
     engaged: np.ndarray,  # [4, 5] spring_response of a whole step
     free: np.ndarray,  # [4, 5] the same without the spring, for play
@@ -115,13 +116,14 @@ def spring_step(
     if not touching:
         offset = 0.0
     twist -= offset
-    direction = direction_of(v_motor, motor_torque)
-    extra = damping[1 if direction > 0 else 0] - believed
-    ahead = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
-    if extra != 0:
-        motor_torque -= extra * 0.5 * (v_motor + ahead)
-        ahead = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
     gain = response[0, 3]
+    direction = direction_of(v_motor, motor_torque)
+    extra = (damping[0] if direction > 0 else damping[1]) - believed
+    if extra != 0 and v_motor != 0:  # as a torque, at the velocity in the middle of the step
+        after = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
+        after -= gain * direction * dry(machine, direction, weight, motor)
+        motor_torque -= extra * 0.5 * (v_motor + after)
+    ahead = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
     hold = (ahead - response[0, 0] * v_motor) / gain  # the friction that would keep a resting motor at rest
     stuck = abs(hold) <= dry(machine, direction_of(0.0, hold), 1.0, motor)
     if v_motor == 0:

@@ -1,9 +1,7 @@
 """The motor's magnets pull towards the teeth of its iron."""
 
-import math
-
 from vision_s2r.effects import Parameter
-from vision_s2r.joint.compiled import compiled
+from vision_s2r.joint.compiled import compiled, sine
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 
@@ -22,4 +20,4 @@ class Cogging(JointEffect):
 @compiled
 def cogging(position: float, amplitude: float, teeth: float) -> float:
     """Torque on the motor."""
-    return amplitude * math.sin(teeth * position) if amplitude != 0 else 0.0
+    return amplitude * sine(teeth * position) if amplitude != 0 else 0.0

@@ -1,9 +1,7 @@
 """The weight of the load."""
 
-import math
-
 from vision_s2r.effects import Parameter
-from vision_s2r.joint.compiled import compiled
+from vision_s2r.joint.compiled import compiled, sine
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 
@@ -19,4 +17,4 @@ class GravityTorque(JointEffect):
 @compiled
 def gravity(position: float, torque: float) -> float:
     """Torque on the load."""
-    return -torque * math.sin(position) if torque != 0 else 0.0
+    return -torque * sine(position) if torque != 0 else 0.0

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
@@ -18,8 +16,11 @@ class ViscousDamping(JointEffect):
     parameters = (Parameter("value", "N·m·s/rad", low=0.0, high=1e6, neutral=None, moderate=0.15),)
 
 
+Response = tuple[float, float, float, float]
+
+
 @compiled
-def response(damping: float, inertia: float, time: float) -> tuple[float, float, float, float]:
+def response(damping: float, inertia: float, time: float) -> Response:
     """(E, G, A, B) of an inertia under damping and a constant torque: the exact solution after `time`.
 
     velocity = E·velocity + G·torque, distance = A·velocity + B·torque.
@@ -41,10 +42,3 @@ def time_to_stop(velocity: float, torque: float, damping: float, inertia: float)
     x = -damping * velocity / torque
     shape = math.log1p(x) / x if x > 1e-6 else 1 - x / 2
     return -inertia * velocity / torque * shape
-
-
-@compiled
-def responses(damping: np.ndarray, inertia: float, time: float, out: np.ndarray) -> None:
-    """`response` [2, 4] for the damping [2] of motion in the negative and in the positive direction."""
-    for k in range(2):
-        out[k, 0], out[k, 1], out[k, 2], out[k, 3] = response(damping[k], inertia, time)
