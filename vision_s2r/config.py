@@ -1,10 +1,12 @@
 """The root configuration: a field a room, as configs/config.yaml has it."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.camera.config import CameraConfig
+from vision_s2r.closing.config import ClosingConfig
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render.config import RenderConfig
@@ -42,6 +44,8 @@ class Config:
     adapted: GraspConfig = field(default_factory=GraspConfig)
     baseline: GraspConfig = field(default_factory=GraspConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
+    recording: Any = None
+    closing: ClosingConfig = field(default_factory=ClosingConfig)
 
 
 ConfigStore.instance().store("schema", node=Config)

@@ -49,16 +49,16 @@ def check(cfg: DiagnoseConfig) -> None:
         for key, least in (("most", 1), ("folds", 2), ("beam", 1), ("breadth", 1), ("contenders", 1)):
             if getattr(search, key) < least:
                 raise UserError(f"{kind}.{key} is {getattr(search, key)}, expected {least} or more")
-    recordings(cfg)
+    folders(cfg.recording)
     if cfg.jobs < 1:
         raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
 
 
-def recordings(cfg: DiagnoseConfig) -> list[Path]:
-    """The folders of cfg.recording, which may be one or a list; UserError where there is none."""
-    given = [cfg.recording] if isinstance(cfg.recording, str) else cfg.recording
+def folders(recording: Any) -> list[Path]:
+    """The folders that a `recording` key names, one or a list; UserError where there is none."""
+    given = [recording] if isinstance(recording, str) else recording
     if not isinstance(given, list) or not given or not all(isinstance(each, str) and each for each in given):
-        raise UserError(f"recording is {cfg.recording!r}, expected recording=DIR or recording=[DIR,DIR]")
+        raise UserError(f"recording is {recording!r}, expected recording=DIR or recording=[DIR,DIR]")
     return [Path(each) for each in given]
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import torch
@@ -34,10 +35,14 @@ class Column:
 def columns(cfg: EvaluateConfig) -> list[Column]:
     """The appearances, then the real one through each camera, then through each effect alone.
 
+    A camera is a name in configs/camera, or a YAML file of the same form, whose stem names the column.
+
     Raises UserError, with the nearest name, for a camera or an effect that there is none of.
     """
-    found = [Column(name, name) for name in ("canonical", "randomised", "real")]
-    found += [Column(name, "real", _preset(name)) for name in cfg.cameras]
+    found = [Column(name, name) for name in cfg.appearances]
+    for name in cfg.cameras:
+        is_file = name.endswith(".yaml")
+        found.append(Column(Path(name).stem, "real", load_config(Path(name)) if is_file else _preset(name)))
     for name in cfg.effects:
         alone = {name: CAMERA_EFFECTS[name].moderate()}
         found.append(Column(name, "real", CameraConfig(effects=alone, reference_size=REFERENCE_SIZE)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from vision_s2r.errors import UserError, nearest
 
 PICTURES = ("canonical", "source")
+APPEARANCES = ("canonical", "randomised", "real")
 POLICIES = ("canonical", "randomised")
 
 
@@ -36,6 +37,7 @@ class EvaluateConfig:
     out: str = "outputs/evaluate"
     limit: int = 0
     seed: int = 0
+    appearances: list[str] = field(default_factory=lambda: list(APPEARANCES))
     cameras: list[str] = field(default_factory=list)
     effects: list[str] = field(default_factory=list)
     rows: dict[str, RowConfig] = field(default_factory=dict)
@@ -55,7 +57,10 @@ def check(cfg: EvaluateConfig) -> None:
             raise UserError(f"evaluate.{name} = {getattr(cfg, name)}: expected 0 or more")
     if cfg.workers == 0:
         raise UserError("evaluate.workers = 0: expected a number of processes, or -1 for one a core")
-    for name in ("cameras", "effects"):
+    for name in cfg.appearances:
+        if name not in APPEARANCES:
+            raise UserError(f"evaluate.appearances: {name}, {nearest(name, APPEARANCES)}")
+    for name in ("appearances", "cameras", "effects"):
         given = getattr(cfg, name)
         if len(set(given)) < len(given):
             raise UserError(f"evaluate.{name} = {given}: expected each once")

@@ -44,6 +44,7 @@ class TranslateConfig:
     training: TrainingConfig = field(
         default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=32, metric="l1", mode="min")
     )
+    start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
     validate_on: str = "real"  # randomised | real: what the validation camera looks at
     pictures: int = 6  # validation scenes shown in the grid
 

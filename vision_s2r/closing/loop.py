@@ -1,0 +1,180 @@
+"""Diagnose, train under the diagnosis, and measure what it won."""
+
+import json
+import logging
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+
+from vision_s2r.camera import CameraConfig, load_config
+from vision_s2r.cli import CONFIGS, compose, log_to_terminal
+from vision_s2r.closing.config import check
+from vision_s2r.closing.withheld import Withheld, draw
+from vision_s2r.config import Config
+from vision_s2r.diagnose.diagnose import diagnose_all
+from vision_s2r.diagnose.config import DiagnoseConfig, folders
+from vision_s2r.diagnose.files import write
+from vision_s2r.errors import UserError
+from vision_s2r.evaluate import evaluate
+from vision_s2r.evaluate.config import RowConfig
+from vision_s2r.evaluate.statistics import Bootstrap, Estimate
+from vision_s2r.evaluate.table import Table
+from vision_s2r.render import Views, render
+from vision_s2r.translate import train_translator
+
+log = logging.getLogger(__name__)
+SUMMARY = "closing.json"
+
+
+@dataclass(frozen=True)
+class Closed:
+    """One camera: the files of its diagnosis, and how well each translator grasps through it."""
+
+    camera: Withheld
+    report: dict[str, Any]
+    table: Table
+
+    def outcomes(self, row: str) -> np.ndarray:
+        """bool [1, N]: whether each attempt through this camera succeeded."""
+        return self.table.outcomes(row, self.table.columns[-1].name)
+
+
+def close_gap(cfg: Config) -> Path:
+    """Close the loop for every camera; returns the summary (JSON). Goes on where it was interrupted.
+
+    Rows of each camera's table: the translator as it was (before); fine-tuned under the diagnosis (after), under the
+    true camera (true_effects), and under a preset that randomises everything. All three take the same steps from the
+    same weights. Raises UserError where something does not fit.
+    """
+    check(cfg.closing)
+    out = Path(cfg.out) / "closing"
+    sets = _sets(cfg)
+    cameras = _given(cfg) if cfg.recording else _withheld(cfg, sets[1], out)
+    reports = [_diagnosis(cfg, camera, out) for camera in cameras]
+    trainings = [("everything", CONFIGS / "camera" / f"{cfg.closing.everything}.yaml")]
+    for camera, report in zip(cameras, reports, strict=True):
+        trainings.append((f"{camera.name}/after", report.parent / "patch" / "camera_randomised.yaml"))
+        if camera.truth is not None:
+            trainings.append((f"{camera.name}/true_effects", camera.truth))
+    calls = (joblib.delayed(_fine_tuned)(cfg, load_config(path), out / name) for name, path in trainings)
+    paths = joblib.Parallel(cfg.jobs)(calls)
+    tuned = {name: str(path) for (name, _), path in zip(trainings, paths, strict=True)}
+    closed = [
+        Closed(camera, json.loads(report.read_text()), _table(cfg, camera, tuned, out))
+        for camera, report in zip(cameras, reports, strict=True)
+    ]
+    return _summary(cfg, closed, out)
+
+
+def _sets(cfg: Config) -> tuple[Views, Views]:
+    """Training and validation views, rendered where they are missing; the test scenes too."""
+    test_scene = replace(cfg.scene, objects=replace(cfg.scene.objects, split="test"))
+    render(cfg.scene, cfg.data.train)
+    render(cfg.scene, cfg.data.validation)
+    render(test_scene, cfg.data.test)
+    return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+
+
+def _given(cfg: Config) -> list[Withheld]:
+    """The user's recordings; without a known truth, the diagnosis itself is what the table looks through."""
+    paths = folders(cfg.recording)
+    if cfg.closing.truth and len(paths) > 1:
+        raise UserError("closing.truth is one camera, expected one recording with it")
+    truth = Path(cfg.closing.truth) if cfg.closing.truth else None
+    return [Withheld(path.resolve().name, path, truth) for path in paths]
+
+
+def _withheld(cfg: Config, views: Views, out: Path) -> list[Withheld]:
+    closing = cfg.closing
+    return draw(views, closing.withheld, closing.frames, closing.effects, cfg.seed, out)
+
+
+def _diagnosis(cfg: Config, camera: Withheld, out: Path) -> Path:
+    """The report (JSON) of a camera's recording, made once."""
+    folder = out / camera.name / "diagnosis"
+    if not (folder / "report.json").exists():
+        settings = compose(DiagnoseConfig, "diagnose", [f"jobs={cfg.jobs}", f"seed={cfg.seed}"])
+        diagnose_all(replace(settings, recording=str(camera.recording), out=str(folder)))
+    return folder / "report.json"
+
+
+def _fine_tuned(cfg: Config, camera: CameraConfig, out: Path) -> Path:
+    """The translator after some steps under this camera, which also chooses the checkpoint."""
+    log_to_terminal()
+    training = replace(
+        cfg.translate.training,
+        max_steps=cfg.closing.steps,
+        max_minutes=0.0,
+        learning_rate=cfg.closing.learning_rate,
+        validate_every=max(cfg.closing.steps // 4, 1),
+    )
+    translate = replace(cfg.translate, start=cfg.closing.translator, training=training)
+    sets = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+    return train_translator(*sets, translate, camera, camera, out, cfg.seed)
+
+
+def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:
+    """The transfer table through one camera."""
+    looked_through = camera.truth or out / camera.name / "diagnosis" / "patch" / "camera.yaml"
+    policy = [cfg.closing.policy]
+    rows = {
+        "oracle": RowConfig(policy, picture="canonical"),
+        "before": RowConfig(policy, [cfg.closing.translator]),
+        "everything": RowConfig(policy, [tuned["everything"]]),
+        "after": RowConfig(policy, [tuned[f"{camera.name}/after"]]),
+    }
+    if camera.truth is not None:
+        rows["true_effects"] = RowConfig(policy, [tuned[f"{camera.name}/true_effects"]])
+    settings = replace(
+        cfg.evaluate,
+        out=str(out / camera.name / "table"),
+        cameras=[str(looked_through)],
+        effects=[],
+        appearances=[],
+        rows=rows,
+        differences=[["after", "before"], ["after", "everything"]],
+        ratios=[],
+        failures=[],
+    )
+    return evaluate(settings, replace(cfg.scene, objects=replace(cfg.scene.objects, split="test")))
+
+
+def recovered(closed: list[Closed]) -> Estimate:
+    """Of what the true effects win over before, the part that the diagnosis wins, over all cameras together."""
+    bootstrap = Bootstrap(closed[0].outcomes("before").shape[1])
+
+    def won(row: str) -> tuple[float, np.ndarray]:
+        value = sum(float(one.outcomes(row).mean() - one.outcomes("before").mean()) for one in closed)
+        resampled = sum(
+            (bootstrap.means(one.outcomes(row)) - bootstrap.means(one.outcomes("before")) for one in closed),
+            np.zeros(1),
+        )
+        return value, resampled
+
+    (part, parts), (whole, wholes) = won("after"), won("true_effects")
+    with np.errstate(divide="ignore", invalid="ignore"):
+        low, high = np.nanquantile(parts / wholes, [0.025, 0.975])
+        return Estimate(float(np.divide(part, whole)), float(low), float(high))
+
+
+def _summary(cfg: Config, closed: list[Closed], out: Path) -> Path:
+    """All cameras in one file."""
+    cameras = [
+        {
+            "camera": one.camera.name,
+            "verdict": one.report["verdict"],
+            "effects": {e["name"]: {k: p["value"] for k, p in e["parameters"].items()} for e in one.report["effects"]},
+            "truth": load_config(one.camera.truth).effects if one.camera.truth else None,
+            "shrink": one.report["gap"]["shrink"],
+            "success": {row: float(one.outcomes(row).mean()) for row in one.table.rows},
+            "attempts": one.outcomes("before").shape[1],
+        }
+        for one in closed
+    ]
+    content: dict[str, Any] = {"cameras": cameras}
+    if all(one.camera.truth for one in closed):
+        content["recovered"] = vars(recovered(closed))
+    return write(out / SUMMARY, json.dumps(content, indent=1) + "\n")
