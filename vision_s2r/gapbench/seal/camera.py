@@ -26,6 +26,7 @@ from vision_s2r.gapbench.seal.camera_effects import (
     Geometry,
     Sensor,
     Stage,
+    binned,
     compress,
     expose,
     jpeg_bytes,
@@ -53,7 +54,7 @@ _STRIDE = 44  # through the pairs, coprime to their number, so that each effect 
 _LOOK = slice(None, None, 5)  # frames by which a strength is found, of all worlds
 
 
-class Redraw(Exception):
+class Redraw(Exception):  # noqa: N818  (a signal, no error)
     """What was drawn does not make a camera of its case: draw again."""
 
 
@@ -103,7 +104,7 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Mach
     raise RuntimeError(f"no camera of case '{case}' number {index} in 100 draws")
 
 
-# -- drawing truths, one function a case: (index, split, rng) -> setting, truth, answer ---------------------------------
+# -- drawing truths, one function a case: (index, split, rng) -> setting, truth, answer --------------------------------
 
 Drawn = tuple[Setting, Truth, Answer]
 
@@ -185,9 +186,7 @@ _DRAWN: dict[str, Callable[[int, str, np.random.Generator], Drawn]] = {
 # -- scenes and cameras ------------------------------------------------------------------------------------------------
 
 
-def _setting(
-    effects: Sequence[str], rng: np.random.Generator, *, paired: bool = True, common: bool = False
-) -> Setting:
+def _setting(effects: Sequence[str], rng: np.random.Generator, *, paired: bool = True, common: bool = False) -> Setting:
     """Scenes and a camera that can show these effects; `common`: colour, 8 bits, sRGB, as most are anyway."""
     kind = "common" if common or not paired or rng.random() < 0.8 else rng.choice(["deep", "linear", "grey"])
     if kind == "grey" and any(name in OF_COLOUR for name in effects):
@@ -230,9 +229,7 @@ def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Genera
         canvas = to_linear(canvas)
     full = 2**sensor.bits - 1
     if geometry.scale == 1:  # the simulator's own picture, rendered wider
-        count, height, width, channels = canvas.shape
-        canvas = canvas.reshape(count, height // FINE, FINE, width // FINE, FINE, channels).mean(axis=(2, 4))
-        canvas = quantise(canvas, sensor.bits) / full
+        canvas = quantise(binned(canvas, FINE), sensor.bits) / full
     return Setting(form, geometry, sensor, canvas, quantise(geometry.expose(canvas), sensor.bits), np.stack(labels))
 
 
@@ -241,11 +238,13 @@ def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Genera
 
 def _difference(setting: Setting, truth: Truth, without: Truth) -> float:
     """How far apart two cameras' pictures are, in grey levels of 255, but for the noise that both have."""
+    noisy = [{name for name in camera.values if name in NOISE} for camera in (truth, without)]
     pictures = []
     for camera in (truth, without):
+        rng = np.random.default_rng(0) if noisy[0] != noisy[1] else None
         sensor = replace(setting.sensor, extra=camera.stages, sigma=0.0, bits=16)  # unrounded, nearly
         canvas = setting.canvas[_LOOK]
-        pixels = expose(canvas, camera.values, setting.geometry, sensor, np.random.default_rng(0)) / 65535
+        pixels = expose(canvas, camera.values, setting.geometry, sensor, rng) / 65535
         if "jpeg_compression" in camera.values:
             pixels = compress(quantise(pixels, 8), camera.values, sensor) / 255.0
         pictures.append(pixels)
@@ -266,10 +265,8 @@ def _with_effects(setting: Setting, names: Sequence[str], rng: np.random.Generat
     return truth
 
 
-def _grown(
-    setting: Setting, truth: Truth, name: str, rng: np.random.Generator, bounds: tuple[float, float]
-) -> Truth:
-    """Add an effect which alone changes the pictures by an amount drawn uniformly in its logarithm."""
+def _grown(setting: Setting, truth: Truth, name: str, rng: np.random.Generator, bounds: tuple[float, float]) -> Truth:
+    """Add an effect which alone changes the pictures by an amount within `bounds` (grey levels)."""
     family = FAMILIES[name](rng, setting.geometry)
     visible = lambda x: _difference(setting, Truth({name: family(x)}), Truth())  # noqa: E731
     intensity = _intensity(visible, bounds, rng, name in IN_STEPS)
@@ -291,11 +288,20 @@ def _with_unknown(setting: Setting, truth: Truth, kind: Kind, rng: np.random.Gen
 def _intensity(
     measure: Callable[[float], float], bounds: tuple[float, float], rng: np.random.Generator, in_steps: bool
 ) -> float:
-    """The intensity in (0, 1] whose measure is drawn within `bounds`, log-uniformly, to 5 % (steps: the nearest)."""
+    """An intensity in (0, 1] whose measure lies within `bounds`.
+
+    The measure is drawn, as many mild as severe ones, and met to 5 %; of effects that go by steps the intensity is.
+    """
+    if in_steps:
+        x = rng.uniform(0, 1)
+        if not bounds[0] <= measure(x) <= bounds[1]:
+            raise Redraw
+        return x
     reach = measure(1.0)
     if reach < bounds[0]:
         raise Redraw
-    target = math.exp(rng.uniform(math.log(bounds[0]), math.log(min(bounds[1], reach))))
+    least, most = bounds[0], min(bounds[1], reach)
+    target = rng.uniform(least, most) if rng.random() < 0.5 else math.exp(rng.uniform(math.log(least), math.log(most)))
     low, high = 1e-5, 1.0
     x = min(1.0, max(1e-4, target / reach))
     for _ in range(12):
@@ -305,8 +311,6 @@ def _intensity(
         low, high = (x, high) if reached < target else (low, x)
         guess = x * target / max(reached, 1e-9)  # most are proportional
         x = guess if low < guess < high else math.sqrt(low * high)
-    if in_steps and bounds[0] <= reached <= bounds[1]:
-        return x
     raise Redraw
 
 
@@ -335,7 +339,8 @@ def _recorded(setting: Setting, truth: Truth, answer: Answer, rng: np.random.Gen
     raw = expose(setting.canvas, truth.values, setting.geometry, sensor, rng)
     real = compress(raw, truth.values, sensor)
     as_jpeg = "jpeg_compression" in truth.values and rng.random() < 0.2
-    answer = replace(answer, **_gap(setting, truth, answer, real, rng), notes=_notes(setting, truth))
+    severity, shrink = _gap(setting, truth, answer, real, rng)
+    answer = replace(answer, severity=severity, shrink=shrink, notes=_notes(setting, truth))
     files = _Files(setting, raw if as_jpeg else real, truth.values["jpeg_compression"]["quality"] if as_jpeg else None)
     return Machine(answer, files.write)
 
@@ -351,18 +356,16 @@ def _notes(setting: Setting, truth: Truth) -> dict[str, object]:
         "linear": setting.sensor.linear,
         "bits": setting.sensor.bits,
         "values": truth.values,
-        "visible": {
-            name: round(_difference(setting, truth, truth.without(name)), 3) for name in truth.values
-        },
+        "visible": {name: round(_difference(setting, truth, truth.without(name)), 3) for name in truth.values},
     }
 
 
 def _gap(
     setting: Setting, truth: Truth, answer: Answer, real: Array, rng: np.random.Generator
-) -> dict[str, float | None]:
+) -> tuple[float | None, float | None]:
     """How severe the gap is, and the share of it that the effects of the answer remove."""
     if not setting.form.paired:
-        return {}
+        return None, None
     full = 2**setting.sensor.bits - 1
     inner = setting.geometry.crop(np.zeros((1, *setting.geometry.shape)))
     seen = np.zeros(setting.geometry.shape)
@@ -388,7 +391,7 @@ def _gap(
         predicted = photograph(wide, answer.effects, plain, setting.sensor, rng)  # as noisy as the real one
         after = math.sqrt(max(squared(real, predicted) - 2 * level[1], 0) + level[0])
         shrink = (before - after) / (before - floor)
-    return {"severity": before / floor, "shrink": shrink}
+    return before / floor, shrink
 
 
 @dataclass(frozen=True)
@@ -434,5 +437,22 @@ class _Files:
         path.with_suffix(".png").write_bytes(coded.tobytes())
 
 
-# Axes of a report's "where", one of which should lead, for one effect alone
-_WHERE: dict[str, tuple[str, ...]] = {name: () for name in EFFECTS}
+# Axes of a report's "where", one of which should lead, for one effect alone; those without have no place of their own
+_PLACE = ("radius", "region", "grid")
+_WHERE: dict[str, tuple[str, ...]] = {
+    "camera_pose_offset": (),
+    "uneven_illumination": ("region", "grid"),
+    "cast_shadow": ("region", "grid"),
+    "lens_distortion": _PLACE,
+    "chromatic_aberration": (*_PLACE, "channel"),
+    "vignetting": _PLACE,
+    "defocus_blur": ("frequency",),
+    "motion_blur": ("frequency",),
+    "low_resolution": ("frequency",),
+    "exposure": ("brightness", "frequency"),
+    "shot_noise": ("brightness",),
+    "read_noise": ("brightness",),
+    "white_balance": ("channel",),
+    "gamma": ("brightness", "frequency"),
+    "jpeg_compression": (),
+}

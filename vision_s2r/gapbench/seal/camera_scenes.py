@@ -14,6 +14,7 @@ Rng = np.random.Generator
 
 BACKDROP, TABLE, PRISM, BALL = range(4)  # labels of a table's picture; the other scenes have none
 _TILE = 192  # side of a texture
+_GRAIN = 512  # no picture is larger
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class World:
     light: Array  # towards the lamp, unit length; x right, y away, z up
     ambient: float
     gain: float
+    grain: Array  # [_GRAIN, _GRAIN], faint roughness of everything
 
 
 @dataclass(frozen=True)
@@ -43,18 +45,18 @@ class Lens:
 
 
 def world(rng: Rng) -> World:
-    """A world of its own: six textures, a lamp, a brightness."""
+    """A world of its own: five textures, a lamp, a brightness."""
     turn, height = rng.uniform(0, 2 * np.pi), rng.uniform(0.6, 1.3)
     light = np.array([math.cos(turn) * math.cos(height), math.sin(turn) * math.cos(height), math.sin(height)])
-    textures = [texture(rng) for _ in range(6)]
-    return World(textures, int(rng.integers(6)), light, rng.uniform(0.25, 0.5), math.exp(rng.uniform(-0.6, 0.6)))
+    gain, grain = math.exp(rng.uniform(-0.6, 0.6)), 1 + 0.05 * (fractal(rng, _GRAIN, 1.0) - 0.5)
+    return World([texture(rng) for _ in range(5)], int(rng.integers(5)), light, rng.uniform(0.25, 0.5), gain, grain)
 
 
 def draw(scene: str, world: World, shape: tuple[int, int], focal: float, rng: Rng) -> tuple[Array, Array]:
     """A picture [h, w, 3] of coded values in [0, 1] and its labels [h, w] uint8; `focal` in samples."""
     picture, labels = SCENES[scene](world, shape, focal, rng)
-    grain = fractal(rng, max(shape), 1.0)[: shape[0], : shape[1], None]
-    picture = picture * world.gain * (1 + 0.05 * (grain - 0.5))
+    grain = np.roll(world.grain, rng.integers(_GRAIN, size=2), (0, 1))[: shape[0], : shape[1], None]
+    picture = picture * (world.gain * grain)
     picture = cv2.GaussianBlur(np.clip(picture, 0, None), (0, 0), rng.uniform(0.5, 0.9))
     return np.clip(picture, 0, 1), labels
 
@@ -122,26 +124,6 @@ def lettering(height: int, width: int, rng: Rng) -> Array:
 # -- a table with solids ---------------------------------------------------------------------------------------------
 
 
-def _table(world: World, shape: tuple[int, int], focal: float, rng: Rng) -> tuple[Array, Array]:
-    lens = _look(shape, focal, rng)
-    picture, labels = _backdrop(world, shape, rng)
-    corners = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], dtype=np.float64)
-    tiled = np.tile(world.textures[world.surface], (5, 5, 1))
-    shade = world.ambient + (1 - world.ambient) * world.light[2]
-    solids = [_solid(rng) for _ in range(rng.integers(5, 12))]
-    shadows = np.zeros(shape)
-    for solid in solids:
-        shadows = np.maximum(shadows, _shadow(solid, world, lens, shape))
-    shadows = cv2.GaussianBlur(shadows, (0, 0), rng.uniform(1.0, 5.0))[..., None]
-    floor = np.zeros_like(picture)
-    inside = _paste(floor, tiled * shade, lens.project(corners))
-    dim = 1 - shadows * (1 - world.ambient) * 0.8
-    picture, labels = np.where(inside[..., None], floor * dim, picture), np.where(inside, TABLE, labels)
-    for solid in sorted(solids, key=lambda s: -float(np.linalg.norm(s.base - lens.position))):
-        (_draw_ball if solid.sides == 0 else _draw_prism)(solid, world, lens, picture, labels, rng)
-    return picture, labels.astype(np.uint8)
-
-
 @dataclass(frozen=True)
 class _Solid:
     base: Array  # of its centre, on the table
@@ -155,6 +137,26 @@ class _Solid:
         return self.base + np.stack([np.cos(turns), np.sin(turns), np.zeros_like(turns)], 1) * self.radius + (0, 0, z)
 
 
+def _table(world: World, shape: tuple[int, int], focal: float, rng: Rng) -> tuple[Array, Array]:
+    lens = _look(shape, focal, rng)
+    picture, labels = _backdrop(world, shape, rng)
+    corners = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], dtype=np.float64)
+    tiled = np.tile(world.textures[world.surface], (5, 5, 1))
+    shade = world.ambient + (1 - world.ambient) * world.light[2]
+    solids = [_solid(rng) for _ in range(rng.integers(5, 12))]
+    shadows: Array = np.zeros(shape)
+    for solid in solids:
+        _fill(shadows, lens.project(_on_ground(solid, world)), 1.0)
+    shadows = cv2.GaussianBlur(shadows, (0, 0), rng.uniform(1.0, 5.0))[..., None]
+    dim = 1 - shadows * (1 - world.ambient) * 0.8
+    window, inside = _paste(picture, tiled * shade, lens.project(corners))
+    picture[window][inside] *= dim[window][inside]
+    labels[window][inside] = TABLE
+    for solid in sorted(solids, key=lambda s: -float(np.linalg.norm(s.base - lens.position))):
+        (_draw_ball if solid.sides == 0 else _draw_prism)(solid, world, lens, picture, labels, rng)
+    return picture, labels.astype(np.uint8)
+
+
 def _solid(rng: Rng) -> _Solid:
     radius = math.exp(rng.uniform(math.log(0.06), math.log(0.25)))
     base = np.array([rng.uniform(-0.8, 0.8), rng.uniform(-0.7, 0.7), 0.0])
@@ -164,7 +166,9 @@ def _solid(rng: Rng) -> _Solid:
 
 def _look(shape: tuple[int, int], focal: float, rng: Rng) -> Lens:
     pitch, distance, turn = rng.uniform(0.55, 1.45), rng.uniform(1.5, 2.4), rng.uniform(-0.4, 0.4)
-    position = distance * np.array([math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)])
+    position = distance * np.array(
+        [math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)]
+    )
     forward = -position / distance
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)
@@ -179,38 +183,48 @@ def _backdrop(world: World, shape: tuple[int, int], rng: Rng) -> tuple[Array, Ar
     return np.clip(wall, 0, 1) * fade, np.full(shape, BACKDROP, dtype=np.int64)
 
 
-def _paste(target: Array, tile: Array, corners: Array) -> Array:
-    """Warps a tile onto a quadrilateral [4, 2] of the target, in place; returns where."""
-    height, width = target.shape[:2]
-    low = np.clip(np.floor(corners.min(0)).astype(int) - 1, 0, (width, height))
-    high = np.clip(np.ceil(corners.max(0)).astype(int) + 2, 0, (width, height))
-    inside = np.zeros((height, width), bool)
-    if (high <= low).any():
-        return inside
+Window = tuple[slice, slice]
+
+
+def _window(low: Array, high: Array, shape: tuple[int, ...]) -> Window:
+    """The part between two corners (x, y) that lies in a picture of this shape."""
+    low = np.clip(np.floor(low).astype(int) - 1, 0, shape[1::-1])
+    high = np.clip(np.ceil(high).astype(int) + 2, low, shape[1::-1])
+    return slice(low[1], high[1]), slice(low[0], high[0])
+
+
+def _paste(target: Array, tile: Array, corners: Array) -> tuple[Window, Array]:
+    """Warps a tile onto a quadrilateral [4, 2] of the target, in place; returns a window and where in it."""
+    window = _window(corners.min(0), corners.max(0), target.shape)
+    rows, columns = (axis.stop - axis.start for axis in window)
+    if rows == 0 or columns == 0:
+        return window, np.zeros((rows, columns), bool)
     side_y, side_x = tile.shape[:2]
     source = np.array([[0, 0], [side_x, 0], [side_x, side_y], [0, side_y]], np.float32) - 0.5
-    to_image = cv2.getPerspectiveTransform(source, (corners - low).astype(np.float32))
-    size = int(high[0] - low[0]), int(high[1] - low[1])
+    moved = (corners - (window[1].start, window[0].start)).astype(np.float32)
+    to_image = cv2.getPerspectiveTransform(source, moved)
     # Coverage by perspective too, so that corners far outside the picture (the table's) are no trouble.
-    cover = cv2.warpPerspective(np.ones(tile.shape[:2], np.float32), to_image, size, flags=cv2.INTER_NEAREST) > 0.5
+    ones = np.ones(tile.shape[:2], np.float32)
+    cover = cv2.warpPerspective(ones, to_image, (columns, rows), flags=cv2.INTER_NEAREST) > 0.5
     face = cv2.warpPerspective(
-        tile.astype(np.float32), to_image, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT
+        tile.astype(np.float32), to_image, (columns, rows), flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT
     )
-    window = slice(low[1], high[1]), slice(low[0], high[0])
     target[window][cover] = face[cover]
-    inside[window] = cover
-    return inside
+    return window, cover
 
 
-def _shadow(solid: _Solid, world: World, lens: Lens, shape: tuple[int, int]) -> Array:
+def _fill(mask: Array, polygon: Array, value: float) -> None:
+    """Fill the convex hull of points [n, 2] in a mask, in place."""
+    hull = cv2.convexHull(polygon.astype(np.float32))
+    cv2.fillConvexPoly(mask, np.round(hull * 16).astype(np.int32), value, lineType=cv2.LINE_8, shift=4)
+
+
+def _on_ground(solid: _Solid, world: World) -> Array:
+    """Points [n, 3] on the table between which a solid's shadow lies."""
     top = 2 * solid.radius if solid.sides == 0 else solid.height
     levels = (0.0, top) if solid.sides else (0.3 * top, 0.7 * top)
     points = np.concatenate([solid.ring(z) for z in levels])
-    ground = points - world.light * (points[:, 2:] / world.light[2])
-    hull = cv2.convexHull(lens.project(ground).astype(np.float32))
-    mask = np.zeros(shape)
-    cv2.fillConvexPoly(mask, np.round(hull * 16).astype(np.int32), 1.0, lineType=cv2.LINE_8, shift=4)
-    return mask
+    return points - world.light * (points[:, 2:] / world.light[2])
 
 
 def _draw_prism(solid: _Solid, world: World, lens: Lens, picture: Array, labels: Array, rng: Rng) -> None:
@@ -226,31 +240,30 @@ def _draw_prism(solid: _Solid, world: World, lens: Lens, picture: Array, labels:
         shade = world.ambient + (1 - world.ambient) * max(0.0, float(normal @ world.light))
         face = tile if solid.sides <= 6 else tile[:, k * 9 : k * 9 + 9]
         quad = lens.project(np.stack([top[k], top[following], bottom[following], bottom[k]]))
-        labels[_paste(picture, face * tint * shade, quad)] = PRISM
+        window, inside = _paste(picture, face * tint * shade, quad)
+        labels[window][inside] = PRISM
     shade = world.ambient + (1 - world.ambient) * world.light[2]
     _cap(picture, labels, lens.project(top), tile.mean((0, 1)) * tint * shade, rng)
 
 
 def _cap(picture: Array, labels: Array, polygon: Array, tone: Array, rng: Rng) -> None:
-    mask = np.zeros(labels.shape, np.uint8)
-    cv2.fillConvexPoly(mask, np.round(polygon * 16).astype(np.int32), 1, lineType=cv2.LINE_8, shift=4)
-    rows, columns = np.nonzero(mask)
-    if len(rows) == 0:
+    window = _window(polygon.min(0), polygon.max(0), labels.shape)
+    mask = np.zeros([axis.stop - axis.start for axis in window], np.uint8)
+    if mask.size == 0:
         return
-    slope = 1 + rng.uniform(-0.15, 0.15) * (columns - columns.mean()) / (np.ptp(columns) + 1)
-    picture[rows, columns] = tone * slope[:, None]
-    labels[rows, columns] = PRISM
+    _fill(mask, polygon - (window[1].start, window[0].start), 1)
+    slope = 1 + rng.uniform(-0.15, 0.15) * np.linspace(-0.5, 0.5, mask.shape[1])[None, :, None]
+    inside = mask > 0
+    picture[window][inside] = (tone * slope * np.ones((*mask.shape, 1)))[inside]
+    labels[window][inside] = PRISM
 
 
 def _draw_ball(solid: _Solid, world: World, lens: Lens, picture: Array, labels: Array, rng: Rng) -> None:
     centre = solid.base + np.array([0, 0, solid.radius])
     at = lens.project(centre)[0]
     radius = lens.focal * solid.radius / float((lens.rotation @ (centre - lens.position))[2])
-    low = np.clip(np.floor(at - radius).astype(int), 0, labels.shape[::-1])
-    high = np.clip(np.ceil(at + radius).astype(int) + 1, 0, labels.shape[::-1])
-    if (high <= low).any():
-        return
-    x, y = np.meshgrid(np.arange(low[0], high[0]), np.arange(low[1], high[1]))
+    window = _window(at - radius, at + radius, labels.shape)
+    y, x = np.mgrid[window]
     u, v = (x - at[0]) / radius, (y - at[1]) / radius
     inside = u**2 + v**2 < 1
     normal = np.stack([u, v, -np.sqrt(np.maximum(1 - u**2 - v**2, 0))], -1)
@@ -265,7 +278,6 @@ def _draw_ball(solid: _Solid, world: World, lens: Lens, picture: Array, labels: 
     surface = skin if rng.random() < 0.5 else np.broadcast_to(colour(rng, (0.3, 1.0)), skin.shape)
     shaded = surface * (world.ambient + (1 - world.ambient) * diffuse)[..., None]
     shaded = shaded + rng.uniform(0, 0.7) * mirror[..., None] ** rng.uniform(10, 60)
-    window = slice(low[1], high[1]), slice(low[0], high[0])
     picture[window][inside] = shaded[inside]
     labels[window][inside] = BALL
 
@@ -289,9 +301,9 @@ def _clutter(world: World, shape: tuple[int, int], focal: float, rng: Rng) -> tu
 def _leaf(picture: Array, world: World, radius: float, rng: Rng) -> None:
     height, width = picture.shape[:2]
     at = rng.uniform((0, 0), (width, height))
-    low = np.maximum(np.floor(at - radius).astype(int), 0)
-    high = np.minimum(np.ceil(at + radius).astype(int) + 1, (width, height))
-    x, y = np.meshgrid(np.arange(low[0], high[0]) - at[0], np.arange(low[1], high[1]) - at[1])
+    window = _window(at - radius, at + radius, picture.shape)
+    y, x = np.mgrid[window]
+    x, y = x - at[0], y - at[1]
     turn, flat = rng.uniform(0, np.pi), rng.uniform(0.4, 1.0)
     u = (x * math.cos(turn) + y * math.sin(turn)) / radius
     v = (y * math.cos(turn) - x * math.sin(turn)) / (radius * flat)
@@ -300,8 +312,8 @@ def _leaf(picture: Array, world: World, radius: float, rng: Rng) -> None:
     tone = colour(rng) * (1 - 0.5 * (u * rng.uniform(-1, 1) + v * rng.uniform(-1, 1)))[..., None]
     if rng.random() < 0.4:
         tile = world.textures[int(rng.integers(len(world.textures)))]
-        tone = tone * 0.3 + 0.7 * tile[(y.astype(int) + 500) % _TILE, (x.astype(int) + 500) % _TILE]
-    picture[low[1] : high[1], low[0] : high[0]][inside] = np.clip(tone, 0, 1.2)[inside]
+        tone = tone * 0.3 + 0.7 * tile[y.astype(int) % _TILE, x.astype(int) % _TILE]
+    picture[window][inside] = np.clip(tone, 0, 1.2)[inside]
 
 
 def _towers(world: World, shape: tuple[int, int], focal: float, rng: Rng) -> tuple[Array, Array]:
