@@ -128,3 +128,15 @@ def advance(
 def glide(damping: float, inertia: float, step: float) -> Glide:
     """What viscous damping makes of motion in one direction."""
     return damping, response(damping, inertia, step)
+
+
+@compiled
+def glides(
+    machine: Machine, time: float, inertia: float, steps: tuple[float, float]
+) -> tuple[tuple[Glide, Glide], tuple[Glide, Glide]]:
+    """`glide` ahead and back at this time, in the steps of both segments of a sample."""
+    ahead, back = viscous(machine, 1.0, time), viscous(machine, -1.0, time)
+    return (
+        (glide(ahead, inertia, steps[0]), glide(back, inertia, steps[0])),
+        (glide(ahead, inertia, steps[1]), glide(back, inertia, steps[1])),
+    )

@@ -1,4 +1,4 @@
-"""One step of a joint whose motor and load move as one.
+"""A joint whose motor and load move as one.
 
 Second order in the step: torques that depend on position, velocity or time are taken in its middle; inertia, damping
 and dry friction under them are solved exactly, coming to rest and breaking loose within the step included. The bare
@@ -8,12 +8,55 @@ nominal joint without gravity is exact at any step.
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import Glide, advance, commanded, on_load, on_motor, weight_at
+from vision_s2r.joint.drive import Glide, advance, commanded, glides, needs_velocity, on_load, on_motor, weight_at
+from vision_s2r.joint.effects.latency import split_delay
+from vision_s2r.joint.log import Log, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 
 
 @compiled
-def one_mass_step(
+def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+    """An episode of a joint without play or spring, into `out` [T, 2]."""
+    whole, fraction = split_delay(machine.latency_delay, log.sample_time)
+    counts, steps = segments(fraction, log.sample_time, log.substeps)
+    paths = glides(machine, 0.5 * log.sample_time, machine.inertia, steps)
+    position, velocity = log.first[0], log.first[1]
+    weight = weight_at(machine, velocity)
+    other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
+    fast = not needs_velocity(machine, tables)
+    for k in range(len(out)):
+        out[k, 0], out[k, 1] = position, velocity
+        if log.leak > 0:
+            position += correction(log.leak, log.observed[k, 0], position)
+            velocity += correction(log.leak, log.observed[k, 1], velocity)
+        time = k * log.sample_time
+        if machine.thermal_drift_rate != 0:
+            paths = glides(machine, time + 0.5 * log.sample_time, machine.inertia, steps)
+        for segment in range(2):
+            current = sent(log.command, k - whole - 1 + segment)
+            step = steps[segment]
+            ahead, back = paths[segment]
+            for _ in range(counts[segment]):
+                position, velocity, weight, other = _step(
+                    machine,
+                    tables,
+                    heights,
+                    position,
+                    velocity,
+                    weight,
+                    other,
+                    current,
+                    time + 0.5 * step,
+                    ahead,
+                    back,
+                    step,
+                    fast,
+                )
+                time += step
+
+
+@compiled
+def _step(
     machine: Machine,
     tables: np.ndarray,
     heights: np.ndarray,

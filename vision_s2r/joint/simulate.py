@@ -13,26 +13,13 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import (
-    Glide,
-    commanded,
-    glide,
-    needs_velocity,
-    on_load,
-    on_motor,
-    steady,
-    viscous,
-    weight_at,
-)
-from vision_s2r.joint.effects.compliance import spring_response
+from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effects.encoder_quantization import quantise
-from vision_s2r.joint.effects.inertia import half
-from vision_s2r.joint.effects.latency import split_delay
+from vision_s2r.joint.log import Log
 from vision_s2r.joint.machine import COLUMNS, Machine
-from vision_s2r.joint.one_mass import one_mass_step
+from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.tables import Tables
-from vision_s2r.joint.two_masses import play_step, spring_step
+from vision_s2r.joint.two_masses import two_masses
 
 STEP = 0.002  # s; the default step is the longest below it that divides the sample time
 WORTH_THREADS = 2_000_000  # steps; less than this is over before threads have started
@@ -117,200 +104,6 @@ def _check(
     return command.shape[0], command.shape[1]
 
 
-@compiled
-def _one_mass(
-    machine: Machine,
-    tables: np.ndarray,
-    heights: np.ndarray,
-    command: np.ndarray,
-    first: np.ndarray,
-    sample_time: float,
-    observed: np.ndarray,
-    leak: float,
-    substeps: int,
-    out: np.ndarray,
-) -> None:
-    """An episode of a joint without play or spring, into `out` [T, 2]."""
-    whole, fraction = split_delay(machine.latency_delay, sample_time)
-    position, velocity = first[0], first[1]
-    weight = weight_at(machine, velocity)
-    other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
-    fast = not needs_velocity(machine, tables)
-    counts, steps = _segments(fraction, sample_time, substeps)
-    glides = _glides(machine, 0.5 * sample_time, machine.inertia, steps)
-    for k in range(len(out)):
-        out[k, 0], out[k, 1] = position, velocity
-        if leak > 0:
-            position += _correction(leak, observed[k, 0], position)
-            velocity += _correction(leak, observed[k, 1], velocity)
-        time = k * sample_time
-        if machine.thermal_drift_rate != 0:
-            glides = _glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
-        for segment in range(2):
-            sent = k - whole - 1 + segment
-            current = command[sent] if sent >= 0 else 0.0
-            step = steps[segment]
-            ahead, back = glides[segment]
-            for _ in range(counts[segment]):
-                position, velocity, weight, other = one_mass_step(
-                    machine,
-                    tables,
-                    heights,
-                    position,
-                    velocity,
-                    weight,
-                    other,
-                    current,
-                    time + 0.5 * step,
-                    ahead,
-                    back,
-                    step,
-                    fast,
-                )
-                time += step
-
-
-@compiled
-def _two_masses(
-    machine: Machine,
-    tables: np.ndarray,
-    heights: np.ndarray,
-    command: np.ndarray,
-    first: np.ndarray,
-    sample_time: float,
-    observed: np.ndarray,
-    leak: float,
-    substeps: int,
-    out: np.ndarray,
-) -> None:
-    """An episode of a joint with play or a spring, into `out` [T, 2]."""
-    whole, fraction = split_delay(machine.latency_delay, sample_time)
-    inertia = half(machine.inertia)
-    sprung = machine.compliance_stiffness < math.inf
-    state = (first[1], first[1], 0.0, first[0], 0.0)
-    weight = weight_at(machine, first[1])
-    on_shaft = on_motor(machine, tables, heights, first[0], first[1], 0.0)
-    fast = not needs_velocity(machine, tables)
-    engaged, free = np.empty((2, 4, 5)), np.empty((2, 4, 5))
-    believed = machine.viscous_damping
-    counts, steps = _segments(fraction, sample_time, substeps)
-    for segment in range(2):
-        if sprung:
-            stiffness, spring_damping = machine.compliance_stiffness, machine.compliance_damping
-            spring_response(stiffness, spring_damping, believed, inertia, steps[segment], engaged[segment])
-            spring_response(0.0, 0.0, believed, inertia, steps[segment], free[segment])
-    for k in range(len(out)):
-        v_motor, v_load, twist, position, side = state
-        out[k, 0], out[k, 1] = position, v_load
-        if leak > 0:
-            position += _correction(leak, observed[k, 0], position)
-            correction = _correction(leak, observed[k, 1], v_load)
-            state = (v_motor + correction, v_load + correction, twist, position, side)
-        time = k * sample_time
-        if k == 0 or machine.thermal_drift_rate != 0:
-            damping = (
-                viscous(machine, 1.0, time + 0.5 * sample_time),
-                viscous(machine, -1.0, time + 0.5 * sample_time),
-            )
-            joined = _glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
-            alone = _glides(machine, time + 0.5 * sample_time, inertia, steps)
-        for segment in range(2):
-            sent = k - whole - 1 + segment
-            current = command[sent] if sent >= 0 else 0.0
-            step = steps[segment]
-            for _ in range(counts[segment]):
-                v_motor, v_load, twist, position, side = state
-                middle = v_motor
-                if not fast:
-                    motor = commanded(machine, current, v_motor)
-                    if sprung:
-                        ahead = spring_step(
-                            machine,
-                            state,
-                            weight,
-                            motor,
-                            motor + on_shaft,
-                            on_load(machine, position),
-                            damping,
-                            believed,
-                            engaged[segment],
-                            free[segment],
-                            step,
-                        )[0]
-                    else:
-                        ahead = play_step(
-                            machine,
-                            state,
-                            weight,
-                            motor,
-                            motor + on_shaft,
-                            on_load(machine, position),
-                            joined[segment],
-                            alone[segment],
-                            step,
-                        )[0]
-                    middle = 0.5 * (v_motor + ahead)
-                    weight = weight_at(machine, middle)
-                motor = commanded(machine, current, middle)
-                halfway = position + 0.5 * step * v_load
-                shaft = position + twist + 0.5 * step * middle
-                on_shaft = on_motor(machine, tables, heights, shaft, middle, time + 0.5 * step)
-                load = on_load(machine, halfway)
-                if sprung:
-                    state = spring_step(
-                        machine,
-                        state,
-                        weight,
-                        motor,
-                        motor + on_shaft,
-                        load,
-                        damping,
-                        believed,
-                        engaged[segment],
-                        free[segment],
-                        step,
-                    )
-                else:
-                    state = play_step(
-                        machine,
-                        state,
-                        weight,
-                        motor,
-                        motor + on_shaft,
-                        load,
-                        joined[segment],
-                        alone[segment],
-                        step,
-                    )
-                time += step
-
-
-@compiled
-def _segments(fraction: float, sample_time: float, substeps: int) -> tuple[tuple[int, int], tuple[float, float]]:
-    """Steps, and their length, before and after the command changes within a sample."""
-    rest = sample_time - fraction
-    before = math.ceil(substeps * fraction / sample_time)
-    after = max(math.ceil(substeps * rest / sample_time - 1e-9), 1)
-    return (before, after), (fraction / max(before, 1), rest / after)
-
-
-@compiled
-def _glides(
-    machine: Machine, time: float, inertia: float, steps: tuple[float, float]
-) -> tuple[tuple[Glide, Glide], tuple[Glide, Glide]]:
-    """What viscous damping at this time makes of motion ahead and back, in the steps of both segments."""
-    ahead, back = viscous(machine, 1.0, time), viscous(machine, -1.0, time)
-    return (
-        (glide(ahead, inertia, steps[0]), glide(back, inertia, steps[0])),
-        (glide(ahead, inertia, steps[1]), glide(back, inertia, steps[1])),
-    )
-
-
-@compiled
-def _correction(leak: float, observed: float, simulated: float) -> float:
-    return 0.0 if math.isnan(observed) else leak * (observed - simulated)
-
-
 def _compile(sources: str) -> Callable[..., Any]:
     """The kernel. `sources`, a digest of this room's code, is part of what numba's cache knows it by.
 
@@ -337,17 +130,17 @@ def _compile(sources: str) -> Callable[..., Any]:
         episodes = command.shape[0]
         for job in range(share, machines.shape[0] * episodes, shares):
             c, e = divmod(job, episodes)
-            row, length = machines[c], lengths[e]
+            row = machines[c]
             machine = Machine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
             heights = row[_WIDTH:]
-            states = out[c, e, :length]
-            if machine.backlash_width > 0 or machine.compliance_stiffness < math.inf:
-                _two_masses(
-                    machine, tables, heights, command[e], first[e], sample_time, observed[e], leak, substeps, states
-                )
+            states = out[c, e, : lengths[e]]
+            one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
+            steps = 1 if fewest and one and steady(machine, heights) else substeps
+            log = Log(command[e], first[e], observed[e], leak, sample_time, steps)
+            if one:
+                one_mass(machine, tables, heights, log, states)
             else:
-                steps = 1 if fewest and steady(machine, heights) else substeps
-                _one_mass(machine, tables, heights, command[e], first[e], sample_time, observed[e], leak, steps, states)
+                two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
                 quantise(states, machine.encoder_quantization_resolution, sample_time)
 
