@@ -18,19 +18,19 @@ EFFECTS = 3  # of each camera
 RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "camera_pose_offset": {"yaw": (0.02, 0.04), "pitch": (-0.04, -0.02), "roll": (0.03, 0.08)},
     "uneven_illumination": {"strength": (0.5, 0.9), "angle": (-180, 180)},
-    "cast_shadow": {"strength": (0.6, 0.9), "offset": (-10, 10), "angle": (-180, 180), "softness": (1, 4)},
+    "cast_shadow": {"strength": (0.5, 0.8), "offset": (-10, 10), "angle": (-180, 180), "softness": (1, 4)},
     "lens_distortion": {"k1": (-0.5, -0.3), "k2": (0.0, 0.05)},
     "chromatic_aberration": {"red": (0.02, 0.04), "blue": (-0.04, -0.02)},
     "vignetting": {"strength": (0.7, 0.95)},
     "defocus_blur": {"radius": (1.8, 3.2)},
     "motion_blur": {"length": (4.0, 8.0), "angle": (-90, 90)},
-    "low_resolution": {"factor": (2.2, 3.2)},
-    "exposure": {"stops": (-2.5, -1.5)},
-    "shot_noise": {"full_well": (40, 150)},
-    "read_noise": {"sigma": (0.03, 0.06)},
+    "low_resolution": {"factor": (1.7, 2.5)},
+    "exposure": {"stops": (-2.0, -1.2)},
+    "shot_noise": {"full_well": (80, 300)},
+    "read_noise": {"sigma": (0.015, 0.035)},
     "white_balance": {"red": (1.4, 1.8), "blue": (0.4, 0.6)},
     "gamma": {"gamma": (1.6, 2.2)},
-    "jpeg_compression": {"quality": (6, 14)},
+    "jpeg_compression": {"quality": (10, 25)},
 }
 
 

@@ -30,7 +30,7 @@ def report(case: Case, assessor: Assessor, found: Found) -> dict[str, Any]:
         "sources": _sources(case, found, gap, parts),
         "where": where(case.samples(found.nominal.hypothesis), assessor.seed),
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
-        "candidates": [_candidate(case, assessor, found, equivalent, name) for name in case.library],
+        "candidates": _candidates(case, assessor, found, equivalent),
         "alternatives": _alternatives(case, assessor, found),
         "unexplained": _unexplained(case, assessor, found, gap, parts),
         "next_experiment": case.experiment(rivals, sorted(silent)),
@@ -84,13 +84,11 @@ def _sources(case: Case, found: Found, gap: Gap, parts: dict[str, np.ndarray]) -
 def _effect(case: Case, assessor: Assessor, found: Found, gap: Gap, name: str, part: np.ndarray) -> dict[str, Any]:
     effect, values = case.library[name], found.final.hypothesis.values[name]
     intervals = case.intervals(found.final.hypothesis)[name]
-    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    evidence = max(assessor.gain(found.final, without).nats, case.certain.get(name, 0.0))
     return {
         "name": name,
         "source": effect.source,
         **_share(gap.share(part)),
-        "evidence": evidence,
+        "evidence": _evidence(case, assessor, found, name),
         "parameters": {
             p.name: {"value": values[p.name], "unit": p.unit, "ci": list(intervals[p.name])} for p in effect.parameters
         },
@@ -111,23 +109,33 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
     return sorted(close, key=lambda each: -each.score)
 
 
-def _candidate(case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment], name: str) -> dict[str, Any]:
+def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment]) -> list[dict[str, Any]]:
+    """A line for every effect. What was never tried beside the diagnosis has the evidence of the cheap screen."""
     final = found.final
-    line: dict[str, Any] = {"name": name, "status": "absent", "evidence": 0.0, "confusable_with": []}
-    if name in found.effects:
-        without = assessor.one(final.names - {name}, final.hypothesis)
-        evidence = max(assessor.gain(final, without).nats, case.certain.get(name, 0.0))
-        return line | {"status": "present", "evidence": evidence}
-    if name in case.silent:
-        return line | {"status": "not_excited", "reason": case.silent[name]}
-    line["evidence"] = assessor.gain(assessor.one(final.names | {name}, final.hypothesis), final).nats
-    rivals: set[str] = set()
-    for other in equivalent:
-        if name in other.names:
-            rivals |= (final.names - other.names) & found.effects
-    if rivals:
-        return line | {"status": "confusable", "confusable_with": sorted(rivals)}
-    return line
+    absent = [name for name in case.library if name not in final.names and name not in case.silent]
+    untried = [name for name in absent if final.names | {name} not in assessor.assessed]
+    screened = case.screen(final.hypothesis, untried)
+    lines = []
+    for name in case.library:
+        line: dict[str, Any] = {"name": name, "status": "absent", "evidence": 0.0, "confusable_with": []}
+        if name in found.effects:
+            line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
+        elif name in case.silent:
+            line |= {"status": "not_excited", "reason": case.silent[name]}
+        else:
+            tried = assessor.assessed.get(final.names | {name})
+            line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
+            rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
+            if any(rivals):
+                line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
+        lines.append(line)
+    return lines
+
+
+def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
+    """Nats that a named effect brings beside the others, or by its own signature."""
+    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return max(assessor.gain(found.final, without).nats, case.certain.get(name, 0.0))
 
 
 def _alternatives(case: Case, assessor: Assessor, found: Found) -> list[dict[str, Any]]:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.case import NOMINAL, Case, Names
 
+COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
+
 
 @dataclass(frozen=True)
 class Found:
@@ -101,16 +103,18 @@ class Search:
         return found
 
     def _challenge(self, named: Assessment, base: Assessment) -> Assessment:
-        """The named set against flexible unknowns: beside it where something is left, instead of it always.
+        """The named set against flexible unknowns: beside it, or instead of it, where something is left.
 
-        A single unknown function that says as much as several effects is the simpler story.
+        Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects.
         """
         decoys = sorted(self._case.decoys)
-        if named.names == base.names and self._assessor.adequate(named):
+        count = len(named.names) - len(base.names)
+        adequate = self._assessor.adequate(named)
+        if adequate and count < COINCIDENCE:
             return named
         alone = self._assessor.assess([(base.names | {decoy}, base.hypothesis) for decoy in decoys])
         rival = max(alone, key=lambda assessment: assessment.score, default=base)
-        margin = self._cfg.evidence * (2 - (len(named.names) - len(base.names)))
+        margin = self._cfg.evidence * (1 if adequate else 2 - count)
         simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.worth(rival, base)
         best = rival if simpler else named
         while not self._assessor.adequate(best):
