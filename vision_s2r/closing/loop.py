@@ -2,7 +2,7 @@
 
 import json
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +12,11 @@ import numpy as np
 from vision_s2r.camera import CameraConfig, load_config
 from vision_s2r.cli import CONFIGS, compose, log_to_terminal
 from vision_s2r.closing.config import check
-from vision_s2r.closing.withheld import Withheld, draw
+from vision_s2r.closing.picture import draw
+from vision_s2r.closing.withheld import Withheld, withhold
 from vision_s2r.config import Config
-from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.diagnose.config import DiagnoseConfig, folders
+from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.diagnose.files import write
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
@@ -26,7 +27,7 @@ from vision_s2r.render import Views, render
 from vision_s2r.translate import train_translator
 
 log = logging.getLogger(__name__)
-SUMMARY = "closing.json"
+SUMMARY, PICTURE = "closing.json", "closing.png"
 
 
 @dataclass(frozen=True)
@@ -89,7 +90,7 @@ def _given(cfg: Config) -> list[Withheld]:
 
 def _withheld(cfg: Config, views: Views, out: Path) -> list[Withheld]:
     closing = cfg.closing
-    return draw(views, closing.withheld, closing.frames, closing.effects, cfg.seed, out)
+    return withhold(views, closing.withheld, closing.frames, closing.effects, cfg.seed, out)
 
 
 def _diagnosis(cfg: Config, camera: Withheld, out: Path) -> Path:
@@ -176,5 +177,15 @@ def _summary(cfg: Config, closed: list[Closed], out: Path) -> Path:
     ]
     content: dict[str, Any] = {"cameras": cameras}
     if all(one.camera.truth for one in closed):
-        content["recovered"] = vars(recovered(closed))
+        content["recovered"] = asdict(recovered(closed))
+        log.info("recovered %.0f %% of what the true effects win", 100 * content["recovered"]["value"])
+    draw(cameras, out / PICTURE)
+    for one in closed:
+        log.info(
+            "%s: %s, the gap shrinks by %.0f %%: %s",
+            one.camera.name,
+            one.report["verdict"],
+            100 * one.report["gap"]["shrink"],
+            out / one.camera.name / "diagnosis" / "report.html",
+        )
     return write(out / SUMMARY, json.dumps(content, indent=1) + "\n")

@@ -43,7 +43,7 @@ class Withheld:
     truth: Path | None
 
 
-def draw(views: Views, count: int, frames: int, effects: Sequence[str], seed: int, out: Path) -> list[Withheld]:
+def withhold(views: Views, count: int, frames: int, effects: Sequence[str], seed: int, out: Path) -> list[Withheld]:
     """`count` cameras of three effects each, every one with `frames` pictures of real looks in `views`.
 
     The recording's simulator is a digital twin of what the camera looks at. What is there already stays: a seed

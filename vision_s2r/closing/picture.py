@@ -1,0 +1,39 @@
+"""What closing the loop won, as a picture."""
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from vision_s2r.evaluate.statistics import wilson
+
+LABELS = {
+    "before": "before",
+    "everything": "everything randomised",
+    "after": "after the diagnosis",
+    "true_effects": "true effects known",
+    "oracle": "true canonical view",
+}
+COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#2b9348", "#dddddd")
+
+
+def draw(cameras: list[dict[str, Any]], path: Path) -> Path:
+    """A group of bars a camera: grasp success of each translator, 95 % intervals. Returns the PNG's path."""
+    rows = [row for row in LABELS if row in cameras[0]["success"]]
+    figure, axes = plt.subplots(figsize=(2.2 + 1.7 * len(cameras), 3.6), layout="constrained")
+    width = 0.85 / len(rows)
+    for k, row in enumerate(rows):
+        found = [wilson(round(c["success"][row] * c["attempts"]), c["attempts"]) for c in cameras]
+        values = np.array([(e.value, e.value - e.low, e.high - e.value) for e in found]).T * 100
+        at = np.arange(len(cameras)) + (k - (len(rows) - 1) / 2) * width
+        axes.bar(at, values[0], width, yerr=values[1:], color=COLOURS[k], label=LABELS[row], error_kw={"lw": 1})
+    names = ["\n".join([c["camera"], *(str(e).replace("_", " ") for e in c["truth"] or c["effects"])]) for c in cameras]
+    axes.set_xticks(np.arange(len(cameras)), names, fontsize=7)
+    axes.set_ylabel("grasps held, %")
+    axes.set_ylim(0, 100)
+    axes.legend(fontsize=7, ncols=len(rows), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
+    temporary = path.with_suffix(".tmp.png")
+    figure.savefig(temporary, dpi=130)
+    plt.close(figure)
+    return temporary.replace(path)
