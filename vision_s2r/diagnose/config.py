@@ -62,4 +62,13 @@ def folders(recording: Any) -> list[Path]:
     return [Path(each) for each in given]
 
 
+def names(folders: list[Path]) -> list[str]:
+    """A name for each folder: its own, with as many of its parents as tell it from the others."""
+    for depth in range(1, max(len(folder.resolve().parts) for folder in folders) + 1):
+        names = ["-".join(folder.resolve().parts[-depth:]).strip("/") for folder in folders]
+        if len(set(names)) == len(names):
+            return names
+    raise UserError(f"recording: the same folder twice among {', '.join(map(str, folders))}")
+
+
 ConfigStore.instance().store("diagnose_schema", node=DiagnoseConfig)

@@ -1,0 +1,169 @@
+"""Another recording of the same machine through the simulator, before and after its diagnosis. Nothing is fitted."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import cv2
+import joblib
+import numpy as np
+from hydra.core.config_store import ConfigStore
+
+from vision_s2r.diagnose import pictures
+from vision_s2r.diagnose.config import folders, names
+from vision_s2r.diagnose.files import write
+from vision_s2r.diagnose.reading import diagnosed, read_report, values
+from vision_s2r.errors import UserError
+from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.progress import tracked
+from vision_s2r.recording import CameraRecording, JointRecording, Recording, read
+
+FORMAT = "vision-s2r/replay/1"
+COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k in ("measured", "before", "after")))
+Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
+
+
+@dataclass
+class ReplayConfig:
+    """Everything that scripts/replay.py reads, as configs/replay.yaml has it."""
+
+    recording: Any = None  # DIR or [DIR, …]
+    report: str = ""
+    out: str = "outputs/replay"
+    jobs: int = 2
+    seed: int = 0
+
+
+ConfigStore.instance().store("replay_schema", node=ReplayConfig)
+
+
+def replay_all(cfg: ReplayConfig) -> list[Path]:
+    """Replay the recordings of cfg, `cfg.jobs` at a time; returns the replay.json of each.
+
+    One lands in `cfg.out`; of several, each in a folder of `cfg.out` with its name. Raises UserError for a report or
+    a recording that cannot be, or that are not of one kind.
+    """
+    given = folders(cfg.recording)
+    if not cfg.report:
+        raise UserError("report is missing, expected report=FILE, the report.json of a diagnosis")
+    if cfg.jobs < 1:
+        raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
+    report = read_report(cfg.report)
+    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    parallel = joblib.Parallel(min(cfg.jobs, len(given)), return_as="generator")
+    calls = (joblib.delayed(_replay_into)(*each, report, cfg.seed) for each in zip(given, outs, strict=True))
+    return list(tracked(parallel(calls), len(given), "recordings"))
+
+
+def _replay_into(folder: Path, out: Path, report: Mapping[str, Any], seed: int) -> Path:
+    recording = read(folder, hold_out=False)
+    if recording.kind != report["kind"]:
+        raise UserError(f"{folder}: a recording of a {recording.kind}, but the report is of a {report['kind']}")
+    result = replay(recording, values(diagnosed(report)), out, seed)
+    return write(out / "replay.json", json.dumps(result, indent=1, allow_nan=False) + "\n")
+
+
+def replay(recording: Recording, effects: Values, out: Path, seed: int = 0) -> dict[str, Any]:
+    """Write what the simulator makes of a recording without and with `effects`; returns what replay.json holds."""
+    result = {"format": FORMAT, "kind": recording.kind, "effects": effects}
+    if isinstance(recording, JointRecording):
+        return result | _replay_joint(recording, effects, out)
+    return result | _replay_camera(recording, effects, out, seed)
+
+
+def free_run(recording: JointRecording, effects: Values) -> np.ndarray:
+    """Position and velocity [E, T, 2] of a simulation that only knows the commands and each episode's first row."""
+    machine = pack(Nominal(**recording.nominal), effects)[None]
+    return simulate(machine, recording.command, recording.first, recording.sample_time, lengths=recording.lengths)[0]
+
+
+def measured(recording: JointRecording) -> np.ndarray:
+    """Position and velocity [E, T, 2]; a velocity that was not recorded is the position's central difference."""
+    velocity = recording.velocity
+    if velocity is None:
+        velocity = np.full_like(recording.position, np.nan)
+        for k, length in enumerate(recording.lengths):
+            velocity[k, :length] = np.gradient(recording.position[k, :length], recording.sample_time)
+    return np.stack([recording.position, velocity], axis=-1)
+
+
+def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict[str, Any]:
+    real, before, after = measured(recording), free_run(recording, {}), free_run(recording, effects)
+    blocks = []
+    for k, length in enumerate(recording.lengths):
+        t = np.arange(length) * recording.sample_time
+        both = [each[k, :length, quantity] for quantity in (0, 1) for each in (real, before, after)]
+        blocks.append(np.stack([np.full(length, recording.episodes[k]), t, *both], axis=1))
+    _write_table(out / "replay.csv", np.concatenate(blocks))
+    unit = "rad" if recording.units == "rotary" else "m"
+    gaps = {
+        f"{name}_rmse": {
+            "unit": each_unit,
+            "before": _rms(before[..., k] - real[..., k]),
+            "after": _rms(after[..., k] - real[..., k]),
+        }
+        for k, (name, each_unit) in enumerate((("position", unit), ("velocity", f"{unit}/s")))
+    }
+    return {
+        "described": "free run from each episode's first row"
+        + ("" if recording.velocity is not None else "; the velocity measured is the position's central difference"),
+        "gap": {"metric": "velocity_rmse", **gaps["velocity_rmse"]},
+        "gaps": gaps,
+        "episodes": [
+            {
+                "episode": episode,
+                "before": _rms(before[k, :, 1] - real[k, :, 1]),
+                "after": _rms(after[k, :, 1] - real[k, :, 1]),
+            }
+            for k, episode in enumerate(recording.episodes)
+        ],
+    }
+
+
+def _replay_camera(recording: CameraRecording, effects: Values, out: Path, seed: int) -> dict[str, Any]:
+    for folder in ("before", "after"):
+        (out / folder).mkdir(parents=True, exist_ok=True)
+    frames: list[dict[str, Any]] = []
+    for k, name in enumerate(recording.names):
+        shown = pictures.show(recording, k, effects, seed)
+        for folder, picture in (("before", recording.sim[k]), ("after", shown.picture)):
+            write(out / folder / f"{name}.png", _png(picture, recording))
+        if recording.pairing == "paired":
+            frames.append({"frame": name} | pictures.gap(recording, k, shown))
+        else:
+            frames.append({"frame": name} | pictures.distance(recording, k, shown))
+    if recording.pairing == "paired":
+        metric, described = (
+            "pixel_rmse",
+            "coded values, pixel by pixel; the amount of noise counts by its standard deviation",
+        )
+        means = {key: float(np.sqrt(np.mean([frame[key] ** 2 for frame in frames]))) for key in ("before", "after")}
+    else:
+        metric, described = (
+            "value_distance",
+            "first Wasserstein distance of coded values from those of all real pictures",
+        )
+        means = {key: float(np.mean([frame[key] for frame in frames])) for key in ("before", "after")}
+    gap = {"metric": metric, "unit": "grey levels", **means}
+    return {"described": described, "gap": gap, "frames": frames}
+
+
+def _png(picture: np.ndarray, recording: CameraRecording) -> bytes:
+    full = 2**recording.bits - 1
+    whole = np.rint(np.clip(picture, 0, 1) * full).astype(np.uint8 if recording.bits == 8 else np.uint16)
+    done, encoded = cv2.imencode(".png", whole[..., 0] if recording.grey else whole[..., ::-1])
+    if not done:
+        raise UserError(f"a picture of shape {picture.shape} cannot be encoded as PNG")
+    return encoded.tobytes()
+
+
+def _write_table(path: Path, table: np.ndarray) -> None:
+    lines = [",".join(COLUMNS)]
+    lines += [f"{int(row[0])}," + ",".join(f"{value:.9g}" for value in row[1:]) for row in table]
+    write(path, "\n".join(lines) + "\n")
+
+
+def _rms(difference: np.ndarray) -> float:
+    return float(np.sqrt(np.nanmean(difference**2)))
