@@ -5,9 +5,13 @@ import math
 import torch
 from torch import Tensor
 
+from vision_s2r.scene import CLASSES
+
+OBJECT = CLASSES.index("object")
 SIZE, MARGIN, GRASPS = 40, 2, 8
 AREA = 0.08  # m, half a side
 LENGTH, WIDTH = 0.1, 0.03  # m, of the bar
+FLOOR = 0.1  # m, half a side: beyond it the plane is dark, so that pictures show where their camera looks
 
 
 def camera(scenes: int, generator: torch.Generator, size: int = SIZE) -> tuple[Tensor, Tensor]:
@@ -54,6 +58,7 @@ class Bars:
         along, across = self._in_bar(seen.flatten(1, 2))
         bar = ((along.abs() < LENGTH / 2) & (across.abs() < WIDTH / 2)).view(seen.shape[:3])
         wide = torch.where(bar[..., None], torch.tensor([220, 180, 60]), torch.tensor([70, 70, 80])).to(torch.uint8)
+        wide[seen.abs().amax(-1) > FLOOR] = torch.tensor([20, 20, 30], dtype=torch.uint8)
         near = uniform(scenes, GRASPS, 2) * torch.tensor([LENGTH / 2, 0.02])
         near[:, ::2] = 0.06 * uniform(scenes, GRASPS // 2, 2)
         turn = torch.stack([torch.cos(self.angle), torch.sin(self.angle)], 1)[:, None]
@@ -64,10 +69,14 @@ class Bars:
         grasps = torch.stack([x + self.place[:, :1], y + self.place[:, 1:], yaw], -1)
         self.tensors = {
             "canonical": wide[:, MARGIN:-MARGIN, MARGIN:-MARGIN],
+            "segmentation": OBJECT * bar[:, MARGIN:-MARGIN, MARGIN:-MARGIN].to(torch.uint8),
             "randomised": wide[:, None],
             "real": wide,
             "intrinsics": intrinsics,
             "extrinsics": extrinsics,
+            "field_of_view": 2 * torch.atan(SIZE / 2 / intrinsics[:, 0]),
+            "camera_position": -(extrinsics[:, :3, :3].mT @ extrinsics[:, :3, 3:])[..., 0],
+            "camera_rotation": extrinsics[:, :3, :3],
             "grasps": grasps,
             "success": self.succeeds(grasps).to(torch.uint8),
         }

@@ -7,11 +7,12 @@ import torch
 from bars import camera, on_plane
 from torch import Tensor
 
-from vision_s2r.grasp import GraspConfig, augment
+from vision_s2r.grasp import GraspConfig, augment, negatives
 from vision_s2r.grasp.config import FORMS, CropConfig
 from vision_s2r.grasp.crop import CropQ
 from vision_s2r.grasp.dense import DenseQ
 from vision_s2r.grasp.forms import build
+from vision_s2r.networks.unet import displaced
 from vision_s2r.training import Batch
 
 SIZE, SCENES, COUNT = 80, 6, 5
@@ -77,6 +78,31 @@ def test_a_mirrored_scene_has_crops_with_the_fingers_swapped() -> None:
     torch.testing.assert_close(after[changed], before[changed].flip(4), atol=1e-4, rtol=0)
 
 
+def test_displacements_are_mirrored_with_the_picture() -> None:
+    """Pictures of a place's own x lie mirrored where the mirrored displacements say."""
+    batch = maps()
+    batch["displacements"] = 0.3 * torch.rand(SCENES, 2, 5, 5, generator=generator(5))
+    mirrored = augment.mirror(batch, generator(4))
+
+    def sampled(which: Batch) -> Tensor:
+        return displaced(which["images"], which["displacements"])
+
+    changed = (mirrored["images"] != batch["images"]).any(-1).any(-1).any(-1)
+    expected = torch.where(changed[:, None, None, None], sampled(batch).flip(-1), sampled(batch))
+    torch.testing.assert_close(sampled(mirrored), expected, atol=1e-5, rtol=0)
+
+
+def test_what_closes_on_nothing() -> None:
+    """A grasp is empty beside an object, and not where its fingers reach one along their closing axis."""
+    intrinsics, extrinsics = camera(1, generator(0), SIZE)
+    place = on_plane(intrinsics, extrinsics, SIZE, 0)
+    extrinsics[:, :3, 3] -= negatives.HEIGHT * extrinsics[:, :3, 2]  # the plane is at the height that is looked at
+    segmentation = negatives.OBJECT * ((place - torch.tensor([0.03, 0.0])).norm(dim=-1) < 0.01).long()
+    grasps = torch.tensor([[[0.03, 0.0, 0.3], [0.0, 0.0, 0.0], [0.0, 0.0, math.pi / 2], [-0.06, 0.0, 0.0]]])
+    found = negatives.closes_on_nothing(segmentation, intrinsics, extrinsics, grasps)
+    assert found.tolist() == [[False, False, True, True]]
+
+
 def test_the_dense_map_is_looked_up_where_the_grasp_is() -> None:
     """With a place's x and y for two of its logits, the looked-up ones are the grasp's own."""
     batch = maps()
@@ -101,8 +127,8 @@ def test_half_a_turn_is_the_same_grasp(form: str) -> None:
     batch = maps()
     torch.manual_seed(0)
     q = build(GraspConfig(form=form, width=8))
-    logits = q(*batch.values())
+    logits = q(*batch.values()).logits
     batch["grasps"] = batch["grasps"] + torch.tensor([0, 0, math.pi])
-    torch.testing.assert_close(q(*batch.values()), logits, atol=1e-4, rtol=0)
+    torch.testing.assert_close(q(*batch.values()).logits, logits, atol=1e-4, rtol=0)
     batch["grasps"] = batch["grasps"] + torch.tensor([0, 0, math.pi / 2])
-    assert not torch.allclose(q(*batch.values()), logits, atol=1e-3)
+    assert not torch.allclose(q(*batch.values()).logits, logits, atol=1e-3)

@@ -1,12 +1,13 @@
 """Policies end to end, on bars whose grasps succeed by a known rule: train, choose, refuse."""
 
+import math
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import hydra
 import pytest
 import torch
-from bars import AREA, MARGIN, Bars
+from bars import AREA, MARGIN, SIZE, Bars
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
@@ -15,6 +16,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_policy
 from vision_s2r.grasp.config import CropConfig, DenseConfig, check
 from vision_s2r.grasp.forms import build
+from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import TrainingConfig, checkpoint
 
@@ -90,6 +92,38 @@ def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
     assert all(not torch.equal(found.tensors[f"q_function.front.{name}"], before[name]) for name in before)
     real = HELD_OUT.tensors["real"][:, MARGIN:-MARGIN, MARGIN:-MARGIN]
     assert GraspPolicy.load(found.path).act(real, *inputs()[1:], torch.arange(60)).actions.shape == (60, 3)
+
+
+def test_the_front_s_rectifier_is_told_where_the_camera_looks(tmp_path: Path) -> None:
+    """With its loss it finds the camera's offset; without, nothing says where the labels are."""
+    front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
+    askew = CameraConfig(effects={"camera_pose_offset": {"yaw": [-0.04, 0.04], "pitch": [-0.04, 0.04], "roll": 0.0}})
+    cfg = config(steps=60, picture="randomised", validate_on="real", front=front, rectification=1.0)
+    path = train_policy(Bars(300, 0), HELD_OUT, cfg, askew, tmp_path, SEED)
+    found = checkpoint.load(path, "q_function").training["metrics"]["rectification_error"]
+    still = 2.3 * SIZE * 0.04 * 0.765  # px: the mean length of such offsets, which is the error that it begins with
+    assert found < 0.6 * still, (found, still)
+
+
+def test_negatives_teach_what_no_attempt_has_shown(tmp_path: Path) -> None:
+    """From successes alone Q trusts any place; with negatives none that is empty."""
+    shown = Bars(300, 0)
+    crossing = torch.remainder(shown.angle + math.pi, math.pi) - math.pi / 2
+    shown.tensors["grasps"] = torch.cat([shown.place, crossing[:, None]], 1)[:, None]
+    shown.tensors["success"] = shown.succeeds(shown.tensors["grasps"]).to(torch.uint8)
+    assert shown.tensors["success"].all()
+    pictures, intrinsics, extrinsics = inputs()
+    far = (HELD_OUT.place - 0.09 * torch.nn.functional.normalize(HELD_OUT.place, dim=1)).clamp(-AREA, AREA)
+    grasps = torch.cat([far, HELD_OUT.angle[:, None]], 1)[:, None]
+    assert not HELD_OUT.succeeds(grasps).any()
+    chances = []
+    for count in (0, 8):
+        cfg = config(steps=80, negatives=count)
+        q = build(cfg)
+        path = train_policy(shown, HELD_OUT, cfg, CAMERA, tmp_path / str(count), SEED)
+        checkpoint.load(path, "q_function").restore("q_function", q)
+        chances.append(q(to_float(pictures), intrinsics, extrinsics, grasps).logits.sigmoid().mean())
+    assert chances[1] < 0.1 and chances[0] > 0.5, chances
 
 
 def test_source_and_canonical_together(tmp_path: Path, crop: Path) -> None:
@@ -184,6 +218,8 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
         ({"picture": "randomised"}, "validate_on"),
         ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),
         ({"area": [0.1]}, "area"),
+        ({"negatives": -1}, "negatives"),
+        ({"rectification": 1.0}, "rectifier"),
     ],
 )
 def test_wrong_values_are_refused(changes: dict[str, object], message: str) -> None:

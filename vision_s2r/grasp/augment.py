@@ -52,7 +52,7 @@ def mirror(batch: Batch, generator: torch.Generator) -> Batch:
     """Half of the scenes as a mirror at the plane x = 0 of the world shows them, with cameras and grasps.
 
     `batch` has images [B, C, H, W], intrinsics, extrinsics and grasps. A gripper is its own mirror image; the light
-    then comes from the other side.
+    then comes from the other side. Where it has the rectifier's `displacements` [B, 2, P, P], they too.
     """
     images, grasps = batch["images"], batch["grasps"]
     chosen = (torch.rand(len(images), generator=generator) < 0.5).to(images.device)
@@ -65,6 +65,9 @@ def mirror(batch: Batch, generator: torch.Generator) -> Batch:
         "extrinsics": sign[:, None] * batch["extrinsics"] * sign,
         "grasps": torch.stack([-grasps[..., 0], grasps[..., 1], wrap(-grasps[..., 2])], -1),
     }
+    if "displacements" in batch:
+        right, down = batch["displacements"].flip(-1).unbind(1)
+        mirrored["displacements"] = torch.stack([-right, down], 1)
     return batch | {
         name: torch.where(chosen.view(-1, *[1] * (value.ndim - 1)), value, batch[name])
         for name, value in mirrored.items()

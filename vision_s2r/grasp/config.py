@@ -65,6 +65,8 @@ class GraspConfig:
     with_source: bool = False  # Q also sees the picture that the canonical one was made from
     validate_on: str = "canonical"  # canonical | randomised | real (the last two through the validation camera)
     front: NetworkConfig | None = None  # a U-Net before Q, trained with it
+    rectification: float = 0.0  # weight of the error of where the front's rectifier samples the picture
+    negatives: int = 0  # grasps a scene that close on nothing, as failures beside the labelled ones
     crop: CropConfig = field(default_factory=CropConfig)
     dense: DenseConfig = field(default_factory=DenseConfig)
     cem: CemConfig = field(default_factory=CemConfig)
@@ -100,6 +102,14 @@ def check(cfg: GraspConfig) -> None:
     if not 0 <= cfg.translations <= 1 or (cfg.translations and (cfg.with_source or cfg.picture != "canonical")):
         raise UserError(
             f"grasp.translations = {cfg.translations}: expected 0 to 1, above 0 with canonical pictures alone"
+        )
+    if cfg.negatives < 0:
+        raise UserError(f"grasp.negatives = {cfg.negatives}: expected 0 or more")
+    told = cfg.picture == "randomised" and cfg.front is not None and cfg.front.rectifier > 0
+    if cfg.rectification < 0 or (cfg.rectification and not told):
+        raise UserError(
+            f"grasp.rectification = {cfg.rectification}: expected 0 or more, above 0 only with picture=randomised and "
+            "a rectifier in front"
         )
     reads_source = cfg.with_source or cfg.picture == "randomised"
     if reads_source == (cfg.validate_on == "canonical"):

@@ -14,17 +14,24 @@ from vision_s2r.networks.unet import NetworkConfig, Rectifier, UNet
 
 
 class Front(nn.Module):
-    """A U-Net from pictures to pictures, as a correction of what comes in once the camera's pose is undone."""
+    """A U-Net from pictures to pictures, as a correction of what comes in once the camera's pose is undone.
+
+    It begins as the identity, so that Q has a picture to learn from before the U-Net has anything to add. Out: the
+    pictures, and the rectifier's displacements (None where there is none).
+    """
 
     def __init__(self, cfg: NetworkConfig):
         super().__init__()
         self.rectifier = Rectifier(cfg.rectifier) if cfg.rectifier else None
         self.unet = UNet(replace(cfg, rectifier=0), {"picture": 3})
+        for parameter in self.unet.head.parameters():
+            nn.init.zeros_(parameter)
 
-    def forward(self, images: Tensor) -> Tensor:
+    def forward(self, images: Tensor) -> tuple[Tensor, Tensor | None]:
+        displacements = None
         if self.rectifier is not None:
-            images, _ = self.rectifier(images)
-        return images + self.unet(images)["picture"]
+            images, displacements = self.rectifier(images)
+        return images + self.unet(images)["picture"], displacements
 
 
 def build(cfg: GraspConfig) -> QFunction:

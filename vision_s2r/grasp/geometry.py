@@ -17,20 +17,6 @@ def wrap(yaw: Tensor) -> Tensor:
     return torch.remainder(yaw + math.pi / 2, math.pi) - math.pi / 2
 
 
-def plane_homography(intrinsics: Tensor, extrinsics: Tensor, height: float) -> Tensor:
-    """float32 [B, 3, 3]: (x, y, 1) on the world plane z = height to homogeneous pixels.
-
-    intrinsics [B, 4] (fx, fy, cx, cy), extrinsics [B, 4, 4] (world → camera). The third coordinate is the depth
-    in metres, so it is positive in front of the camera.
-    """
-    fx, fy, cx, cy = intrinsics.double()[:, :, None].unbind(1)
-    extrinsics = extrinsics.double()
-    origin = extrinsics[:, :3, 2] * height + extrinsics[:, :3, 3]
-    camera = torch.stack([extrinsics[:, :3, 0], extrinsics[:, :3, 1], origin], -1)  # (x, y, 1) → camera's axes
-    x, y, z = camera.unbind(1)
-    return torch.stack([fx * x + cx * z, fy * y + cy * z, z], 1).float()
-
-
 # The sums below are written out because autocast would do matrix products in bfloat16: pixels off by a quarter.
 def project(homography: Tensor, points: Tensor) -> Tensor:
     """Pixels [B, ..., 2] of points [B, ..., 2] on the homography's plane; centres of pixels are whole numbers."""

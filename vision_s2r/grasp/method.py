@@ -11,11 +11,14 @@ from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.grasp import augment
+from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
 from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.metrics import measure
+from vision_s2r.grasp.q_function import Scores
 from vision_s2r.images import to_float
+from vision_s2r.networks import rectification
+from vision_s2r.networks.unet import POINTS
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, train
 
 CHUNK = 64  # scenes at a time in validation
@@ -54,7 +57,7 @@ class QLearning(Method):
         self.normalisation = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in _read(self._cfg)}
+        batch = {name: views.batch(name, draw.indices) for name in _read_in_training(self._cfg)}
         if "randomised" in batch:
             which = draw.integers(batch["randomised"].shape[1])
             batch["randomised"] = batch["randomised"][torch.arange(len(which)), which]
@@ -63,45 +66,71 @@ class QLearning(Method):
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         canonical = source = None
         if "randomised" in batch:
-            source = self._seen(batch["randomised"], batch["intrinsics"], self._camera, step.generator)
+            source, truth = self._seen(batch["randomised"], batch, self._camera, step.generator)
+            batch = batch | truth
         if "canonical" in batch:
             canonical = to_float(batch["canonical"])
             if self._translator is not None and source is not None and self._cfg.translations:
                 made = torch.rand(len(canonical), 1, 1, 1, generator=step.generator) < self._cfg.translations
                 canonical, source = torch.where(made.to(self.device), self._translator(source), canonical), None
             canonical = augment.degrade(canonical, self._cfg.augmentation, step.generator)
-        batch = augment.turn(batch | {"images": beside(canonical, source)}, step.generator)
+        batch = batch | {"images": beside(canonical, source), "weight": torch.ones_like(batch["success"])}
+        if self._cfg.negatives:
+            batch = negatives.add(batch, self._cfg.negatives, self._cfg.area, step.generator)
+        batch = augment.turn(batch, step.generator)
         if self._cfg.augmentation.mirror:
             batch = augment.mirror(batch, step.generator)
-        loss = F.binary_cross_entropy_with_logits(self._logits(batch).float(), batch["success"])
-        step.optimise(loss, "q_function")
-        return {"bce": loss}
+        scores = self._scores(batch)
+        losses = {"bce": F.binary_cross_entropy_with_logits(scores.logits.float(), batch["success"], batch["weight"])}
+        total = losses["bce"]
+        if "displacements" in batch:
+            assert scores.displacements is not None
+            losses["rectification"] = rectification.loss(scores.displacements, batch["displacements"])
+            total = total + self._cfg.rectification * losses["rectification"]
+        step.optimise(total, "q_function")
+        return losses
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
-        """As `measure`, over the attempts in the validation views."""
-        logits, success = [], []
+        """As `measure`, over the attempts in the validation views.
+
+        With the rectifier's loss also rectification_error, of the places that it samples (px).
+        """
+        logits, success, off = [], [], []
         for indices in torch.arange(len(views)).split(CHUNK):
-            batch = {name: views.batch(name, indices) for name in pictures(self._cfg, self._cfg.validate_on)}
+            batch = {name: views.batch(name, indices) for name in _read(self._cfg, self._cfg.validate_on)}
             batch = {name: t.to(self.device) for name, t in (batch | _labels(views, indices)).items()}
             canonical = to_float(batch["canonical"]) if "canonical" in batch else None
             source = batch.get(self._cfg.validate_on) if self._cfg.validate_on in SOURCES else None
             if source is not None:
                 source = source[:, 0] if self._cfg.validate_on == "randomised" else source
-                source = self._seen(source, batch["intrinsics"], self._validation_camera, generator)
+                source, truth = self._seen(source, batch, self._validation_camera, generator)
+                batch |= truth
             batch["images"] = beside(canonical, source)
-            logits.append(self._logits(batch).cpu())
+            scores = self._scores(batch)
+            logits.append(scores.logits.cpu())
             success.append(batch["success"].cpu())
-        return measure(torch.cat(logits), torch.cat(success))
+            if "displacements" in batch:
+                assert scores.displacements is not None
+                off.append(rectification.error(scores.displacements, batch["displacements"], views.size).cpu())
+        found = measure(torch.cat(logits), torch.cat(success))
+        return found | ({"rectification_error": float(torch.cat(off).mean())} if off else {})
 
-    def _logits(self, batch: Batch) -> Tensor:
+    def _scores(self, batch: Batch) -> Scores:
         return self.networks["q_function"](*(batch[k] for k in ("images", "intrinsics", "extrinsics", "grasps")))
 
-    def _seen(self, source: Tensor, intrinsics: Tensor, camera: Camera, generator: torch.Generator) -> Tensor:
-        """Source pictures uint8 [B, H+2m, W+2m, 3] as a camera sees them: float [B, 3, H, W] in [0, 1]."""
+    def _seen(self, source: Tensor, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
+        """Source pictures uint8 [B, H+2m, W+2m, 3] as a camera sees them: float [B, 3, H, W] in [0, 1].
+
+        With the rectifier's loss also the `displacements` that it should find, seen by the cameras of `batch`.
+        """
         images = to_float(source)
         height, width = (n - 2 * self._margin for n in images.shape[-2:])
         parameters = camera.sample(len(images), generator, height, width)
-        return camera(images, parameters, self._margin, intrinsics)
+        seen = camera(images, parameters, self._margin, batch["intrinsics"])
+        if not self._cfg.rectification:
+            return seen, {}
+        truth = rectification.displacements(batch, parameters, height, POINTS)
+        return seen, {"displacements": truth.to(images.device)}
 
 
 def pictures(cfg: GraspConfig, source: str) -> list[str]:
@@ -110,9 +139,19 @@ def pictures(cfg: GraspConfig, source: str) -> list[str]:
     return [*names, source] if cfg.with_source or cfg.picture != "canonical" else names
 
 
-def _read(cfg: GraspConfig) -> list[str]:
-    """The pictures that training reads."""
-    return [*pictures(cfg, "randomised"), *(["randomised"] if cfg.translations else [])]
+def _read(cfg: GraspConfig, source: str) -> list[str]:
+    """All that Q and its rectifier's truth are made of, the sources being `source`."""
+    truth = rectification.SOURCES if cfg.rectification else ()
+    return list(dict.fromkeys((*pictures(cfg, source), *truth)))
+
+
+def _read_in_training(cfg: GraspConfig) -> list[str]:
+    """All that training reads but for the labels."""
+    return [
+        *_read(cfg, "randomised"),
+        *(["randomised"] if cfg.translations else []),
+        *(["segmentation"] if cfg.negatives else []),
+    ]
 
 
 def beside(canonical: Tensor | None, source: Tensor | None) -> Tensor:
@@ -145,8 +184,8 @@ def train_policy(
     if (translator is not None) != (cfg.translations > 0):
         raise UserError(f"grasp.translations = {cfg.translations}: expected above 0 with a translator, 0 without")
     for part, source, names in (
-        ("training", views, _read(cfg)),
-        ("validation", validation, pictures(cfg, cfg.validate_on)),
+        ("training", views, _read_in_training(cfg)),
+        ("validation", validation, _read(cfg, cfg.validate_on)),
     ):
         for needed in (*names, *LABELS):
             if needed not in source.names:

@@ -2,10 +2,11 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from torch import Tensor, nn
 
-from vision_s2r.grasp.geometry import plane_homography
+from vision_s2r.geometry import plane_homography
 
 
 @dataclass(frozen=True)
@@ -15,24 +16,32 @@ class Encoding:
     features: Tensor  # [B, C, h, w], what the form makes of the pictures
     homography: Tensor  # [B, 3, 3], from the plane that grasps are seen on to the pictures' pixels
     size: tuple[int, int]  # height and width of the pictures, pixels
+    displacements: Tensor | None = None  # of the front's rectifier, where there is one
+
+
+class Scores(NamedTuple):
+    """What `QFunction.forward` gives."""
+
+    logits: Tensor  # [B, K]
+    displacements: Tensor | None  # as in Encoding
 
 
 class QFunction(nn.Module, ABC):
     """Logits of success for grasps in pictures whose cameras are known.
 
     images float [B, C, H, W] in [0, 1], intrinsics [B, 4], extrinsics [B, 4, 4] (world → camera),
-    grasps [B, K, 3] (x, y, yaw): `forward` gives logits [B, K], the same for yaw and yaw + pi.
+    grasps [B, K, 3] (x, y, yaw): `forward` gives Scores, the same for yaw and yaw + pi.
     """
 
     def __init__(self, plane_height: float, front: nn.Module | None):
         """`plane_height` (m): of the world plane on which pictures are measured.
 
-        `front`, where given, turns the pictures into others of the same shape before Q sees them, and is trained
-        with it.
+        `front`, where given, turns the pictures into others of the same shape, and the displacements at which it
+        sampled them, before Q sees them; it is trained with Q.
         """
         super().__init__()
         self.plane_height = plane_height
-        self.front = front if front is not None else nn.Identity()
+        self.front = front
 
     @abstractmethod
     def features(self, images: Tensor, homography: Tensor) -> Tensor:
@@ -45,11 +54,13 @@ class QFunction(nn.Module, ABC):
     def encode(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor) -> Encoding:
         """The part of Q that all grasps in a picture share."""
         homography = plane_homography(intrinsics, extrinsics, self.plane_height)
-        features = self.features(2 * self.front(images) - 1, homography)
-        return Encoding(features, homography, (images.shape[-2], images.shape[-1]))
+        images, displacements = (images, None) if self.front is None else self.front(images)
+        features = self.features(2 * images - 1, homography)
+        return Encoding(features, homography, (images.shape[-2], images.shape[-1]), displacements)
 
-    def forward(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, grasps: Tensor) -> Tensor:
-        return self.score(self.encode(images, intrinsics, extrinsics), grasps)
+    def forward(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, grasps: Tensor) -> Scores:
+        encoding = self.encode(images, intrinsics, extrinsics)
+        return Scores(self.score(encoding, grasps), encoding.displacements)
 
 
 def convolution(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Sequential:

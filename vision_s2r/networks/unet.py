@@ -80,13 +80,18 @@ class Rectifier(nn.Module):
         nn.init.zeros_(self.displacements.bias)
 
     def forward(self, images: Tensor) -> tuple[Tensor, Tensor]:
-        height, width = images.shape[-2:]
         features = self.features(4 * (images - 0.5))
         coarse = self.displacements(features).float().view(-1, 2, self.points, self.points)
-        field = F.interpolate(coarse, size=(height, width), mode="bilinear", align_corners=True)
-        still = F.affine_grid(torch.eye(2, 3, device=images.device)[None], [1, 1, height, width], align_corners=False)
-        places = still + field.movedim(1, -1)
-        return F.grid_sample(images.float(), places, padding_mode="border", align_corners=False), coarse
+        return displaced(images, coarse), coarse
+
+
+def displaced(images: Tensor, displacements: Tensor) -> Tensor:
+    """Pictures [B, C, H, W] sampled at displacements [B, 2, points, points], as a Rectifier gives them."""
+    height, width = images.shape[-2:]
+    field = F.interpolate(displacements, size=(height, width), mode="bilinear", align_corners=True)
+    still = F.affine_grid(torch.eye(2, 3, device=images.device)[None], [1, 1, height, width], align_corners=False)
+    places = still + field.movedim(1, -1)
+    return F.grid_sample(images.float(), places, padding_mode="border", align_corners=False)
 
 
 def _halving(inputs: int, outputs: int) -> list[nn.Module]:

@@ -8,6 +8,7 @@ from kornia.metrics import ssim
 from torch import Tensor
 from torch.nn import functional as F
 
+from vision_s2r.networks import rectification as rectifier
 from vision_s2r.scene import CLASSES
 from vision_s2r.translate.config import LossConfig
 
@@ -49,7 +50,7 @@ def depth(output: Maps, target: Maps, weight: Tensor) -> Tensor:
 
 def rectification(output: Maps, target: Maps, weight: Tensor) -> Tensor:
     """Absolute error of where the picture is sampled, in tenths of half its side."""
-    return 10 * (output["displacements"] - target["displacements"]).abs().mean()
+    return rectifier.loss(output["displacements"], target["displacements"])
 
 
 TERMS: dict[str, Callable[[Maps, Maps, Tensor], Tensor]] = {

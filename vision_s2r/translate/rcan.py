@@ -12,13 +12,13 @@ from torch import Tensor
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.images import to_float
+from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import POINTS, UNet
 from vision_s2r.scene import CLASSES
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, frozen, train
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
 from vision_s2r.translate import losses, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
-from vision_s2r.translate.rectification import SOURCES, displacements
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -44,6 +44,8 @@ class Rcan(Method):
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
         unet = UNet(cfg.network, heads)
+        if cfg.start:
+            checkpoint.load(cfg.start, self.kind).restore("unet", unet)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
         self.optimisers = {"unet": adamw(unet, cfg.training)}
@@ -111,7 +113,8 @@ class Rcan(Method):
         parameters = camera.sample(len(images), generator, size, size)
         target = self._target(batch)
         if rectifies(self._cfg):
-            target["displacements"] = displacements(batch, parameters, size, POINTS).to(images.device)
+            truth = rectification.displacements(batch, parameters, size, POINTS)
+            target["displacements"] = truth.to(images.device)
         return camera(images, parameters, self._margin, batch["intrinsics"]), target
 
     def _target(self, batch: Batch) -> Batch:
@@ -146,8 +149,8 @@ class Rcan(Method):
             guess = output["segmentation"].argmax(1) == losses.OBJECT
             found["object_iou"] = _ratio((guess & mask).sum((1, 2)), (guess | mask).sum((1, 2)))
         if "displacements" in target:
-            off = (output["displacements"] - target["displacements"]).norm(dim=1).mean((1, 2))
-            found["rectification_error"] = _ratio(off * canonical.shape[-1] / 2)
+            off = rectification.error(output["displacements"], target["displacements"], canonical.shape[-1])
+            found["rectification_error"] = _ratio(off)
         if "depth" in output:
             near, far = self._depth_range
             found["depth_error"] = _ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
@@ -161,7 +164,7 @@ def rectifies(cfg: TranslateConfig) -> bool:
 
 def needed(cfg: TranslateConfig) -> tuple[str, ...]:
     """The tensors of the views that training reads, but for the source pictures."""
-    return tuple(dict.fromkeys((*TARGETS, *SOURCES))) if rectifies(cfg) else TARGETS
+    return tuple(dict.fromkeys((*TARGETS, *rectification.SOURCES))) if rectifies(cfg) else TARGETS
 
 
 def heads_for(cfg: LossConfig) -> dict[str, int]:

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from vision_s2r.camera import CameraParameters
-from vision_s2r.grasp.geometry import plane_homography
+from vision_s2r.geometry import plane_homography
 
 PLANE = 0.02  # m over the bin's floor: exact there, off by a tenth of the displacement for the highest objects
 SOURCES = ("intrinsics", "extrinsics", "field_of_view", "camera_position", "camera_rotation")
@@ -34,6 +34,16 @@ def displacements(batch: Mapping[str, Tensor], parameters: CameraParameters, siz
     rays = _rotation(parameters) @ rays
     seen = focal * _bent(rays[:, :2] / rays[:, 2:], parameters) + centre
     return ((seen - pixels[:2]) * 2 / size).float().view(-1, 2, points, points)
+
+
+def loss(found: Tensor, truth: Tensor) -> Tensor:
+    """Absolute error of displacements, in tenths of half the picture's side."""
+    return 10 * (found - truth).abs().mean()
+
+
+def error(found: Tensor, truth: Tensor, size: int) -> Tensor:
+    """Mean distance [B] between displacements, pixels of a picture of `size`."""
+    return (found - truth).norm(dim=1).mean((1, 2)) * size / 2
 
 
 def _grid(size: int, points: int) -> Tensor:

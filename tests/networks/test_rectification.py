@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 import torch
-from torch.nn import functional as F
 
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.images import to_float
+from vision_s2r.networks.rectification import displacements
+from vision_s2r.networks.unet import displaced
 from vision_s2r.render import RenderConfig
 from vision_s2r.render.shard import render_scene
 from vision_s2r.scene import Renderer, SceneConfig, canonical, sample_state
-from vision_s2r.translate.rectification import displacements
 
 SIZE, MARGIN = 64, 8
 
@@ -33,11 +33,7 @@ def test_sampling_there_gives_the_canonical_view(effects):
     batch = {name: torch.from_numpy(np.array(value))[None] for name, value in row.items()}
     parameters = CameraParameters.of(effects, 1)
     seen = Camera()(wide, parameters, MARGIN, batch["intrinsics"])
-    field = F.interpolate(
-        displacements(batch, parameters, SIZE, 9), size=(SIZE, SIZE), mode="bilinear", align_corners=True
-    )
-    still = F.affine_grid(torch.eye(2, 3)[None], [1, 1, SIZE, SIZE], align_corners=False)
-    undone = F.grid_sample(seen, still + field.movedim(1, -1), padding_mode="border", align_corners=False)
+    undone = displaced(seen, displacements(batch, parameters, SIZE, 9))
     inner = (..., slice(6, -6), slice(6, -6))
     before, after = ((p - target)[inner].abs().mean() for p in (seen, undone))
     assert after < 0.04 and after < 0.6 * before, (before, after)
