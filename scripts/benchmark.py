@@ -1,4 +1,4 @@
-"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp [KEY=VALUE …]`."""
+"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp|joint [KEY=VALUE …]`."""
 
 import sys
 
@@ -6,6 +6,7 @@ from vision_s2r.cli import compose, or_exit
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import forms
+from vision_s2r.joint import benchmark as joint_benchmark
 from vision_s2r.render import Views
 from vision_s2r.render import benchmark as render_benchmark
 
@@ -23,7 +24,12 @@ def grasp(overrides: list[str]) -> None:
     forms.compare(policies, Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out), cfg.scene, cfg.out)
 
 
-BENCHMARKS = {"render": render, "grasp": grasp}
+def joint(overrides: list[str]) -> None:
+    """Steps a second of the joint simulator, against a NumPy loop and against PyBullet."""
+    joint_benchmark.run(compose(Config, overrides=overrides).seed)
+
+
+BENCHMARKS = {"render": render, "grasp": grasp, "joint": joint}
 
 
 def _run(arguments: list[str]) -> None:

@@ -41,6 +41,8 @@ if TYPE_CHECKING:
 else:
     Machine = namedtuple("Machine", [column.replace(".", "_") for column in COLUMNS])
 
+LONGEST_DELAY = 3600.0  # s
+
 _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 
 
@@ -75,3 +77,14 @@ def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndar
         for parameter, value in effect.check(given).items():
             row[_INDEX[name if name in DYNAMICS else f"{name}.{parameter}"]] = value
     return row
+
+
+def check(machines: np.ndarray) -> None:
+    """UserError where a machine of [C, P] is none: NaN where it must not be, no inertia, a delay into the past."""
+    broken = np.isnan(machines) & ~np.isnan(_ABSENT)
+    broken[:, _INDEX["inertia"]] |= machines[:, _INDEX["inertia"]] <= 0
+    delay = machines[:, _INDEX["latency.delay"]]
+    broken[:, _INDEX["latency.delay"]] |= ~((delay >= 0) & (delay < LONGEST_DELAY))
+    if broken.any():
+        machine, column = np.argwhere(broken)[0]
+        raise UserError(f"machine {machine}: {COLUMNS[column]} is {machines[machine, column]:g}, which cannot be")

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numba
 import numpy as np
@@ -16,16 +16,17 @@ from vision_s2r.errors import UserError
 from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effects.encoder_quantization import quantise
 from vision_s2r.joint.log import Log
-from vision_s2r.joint.machine import COLUMNS, Machine
+from vision_s2r.joint.machine import COLUMNS, Machine, check
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.tables import Tables
 from vision_s2r.joint.two_masses import two_masses
 
 STEP = 0.002  # s; the default step is the longest below it that divides the sample time
-WORTH_THREADS = 2_000_000  # steps; less than this is over before threads have started
+WORTH_THREADS = 500_000  # steps; less than this is over before threads have started
 
 _WIDTH = len(COLUMNS)
 _NO_TABLES = Tables()
+_PLAIN: Final = ("C", "W")  # of arrays: one type, so that the kernel is compiled once
 
 
 def simulate(
@@ -59,16 +60,16 @@ def simulate(
     begins with no command (0). Raises UserError for shapes that do not fit.
     """
     layout = (tables or _NO_TABLES).array()
-    machines, command, first = (np.ascontiguousarray(x, dtype=np.float64) for x in (machines, command, first))
+    machines, command, first = (np.require(x, np.float64, _PLAIN) for x in (machines, command, first))
     episodes, samples = _check(machines, command, first, sample_time, (tables or _NO_TABLES).width)
-    lengths = np.full(episodes, samples) if lengths is None else np.ascontiguousarray(lengths, dtype=np.int64)
+    lengths = np.full(episodes, samples) if lengths is None else np.require(lengths, np.int64, _PLAIN)
     if lengths.shape != (episodes,) or (episodes and not 0 <= lengths.min() <= lengths.max() <= samples):
         raise UserError(f"lengths {lengths}: expected {episodes} numbers from 0 to {samples}")
     if observed is None or leak == 0:
         observed, leak = np.empty((episodes, 0, 2)), 0.0
     elif observed.shape != (episodes, samples, 2):
         raise UserError(f"observed is {observed.shape}, expected {(episodes, samples, 2)}")
-    observed = np.ascontiguousarray(observed, dtype=np.float64)
+    observed = np.require(observed, np.float64, _PLAIN)
     if substeps is not None and substeps < 1:
         raise UserError(f"substeps is {substeps}, expected 1 or more")
     steps = substeps or max(1, math.ceil(sample_time / STEP - 1e-9))
@@ -77,7 +78,6 @@ def simulate(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
     threads = max(1, min(threads, jobs))
-
     inputs = (command, first, float(sample_time), lengths, observed, float(leak))
 
     def share(k: int) -> None:
@@ -99,6 +99,7 @@ def _check(
         raise UserError(f"machines are {machines.shape}, expected [C, {_WIDTH + heights}]")
     if command.ndim != 2 or first.shape != (len(command), 2):
         raise UserError(f"command is {command.shape} and first {first.shape}, expected [E, T] and [E, 2]")
+    check(machines[:, :_WIDTH])
     if not 0 < sample_time < math.inf:
         raise UserError(f"sample_time is {sample_time}, expected seconds, more than 0")
     return command.shape[0], command.shape[1]

@@ -56,7 +56,8 @@ def look_up(tables: np.ndarray, heights: np.ndarray, position: float, velocity: 
         if count == 0:
             continue
         value = position if k == 0 else velocity if k == 1 else time
-        place = min(max((value - tables[k, 0]) * tables[k, 1], 0.0), count - 1.0)
+        place = (value - tables[k, 0]) * tables[k, 1]
+        place = min(place, count - 1.0) if place > 0 else 0.0
         left = min(int(place), count - 2)
         share = place - left
         torque += heights[first + left] * (1 - share) + heights[first + left + 1] * share
