@@ -43,6 +43,7 @@ PAIRS, UNPAIRED_PICTURES = 16, 24
 SIZE, MARGIN, FINE = 128, 28, 2
 MILD, SEVERE, SEVERE_NOISE = 1.5, 20.0, 12.0  # grey levels of 255
 WEAK = (0.03, 0.15)
+LEAST_SHRINK = 0.1  # of a known effect beside an unknown one
 # Effects that the statistics of two sets of pictures can show
 UNPAIRED = (
     *("defocus_blur", "motion_blur", "jpeg_compression", "read_noise", "shot_noise"),
@@ -290,7 +291,8 @@ def _intensity(
 ) -> float:
     """An intensity in (0, 1] whose measure lies within `bounds`.
 
-    The measure is drawn, as many mild as severe ones, and met to 5 %; of effects that go by steps the intensity is.
+    The measure is drawn, as many mild as severe ones, and met to 5 % where it grows smoothly; of effects that go by
+    steps the intensity is drawn.
     """
     if in_steps:
         x = rng.uniform(0, 1)
@@ -298,20 +300,22 @@ def _intensity(
             raise Redraw
         return x
     reach = measure(1.0)
-    if reach < bounds[0]:
+    least, most = 1.05 * bounds[0], min(bounds[1] / 1.05, reach)
+    if most < least:
         raise Redraw
-    least, most = bounds[0], min(bounds[1], reach)
     target = rng.uniform(least, most) if rng.random() < 0.5 else math.exp(rng.uniform(math.log(least), math.log(most)))
     low, high = 1e-5, 1.0
     x = min(1.0, max(1e-4, target / reach))
     for _ in range(12):
         reached = measure(x)
         if abs(math.log(max(reached, 1e-9) / target)) < 0.05:
-            return x
+            break
         low, high = (x, high) if reached < target else (low, x)
         guess = x * target / max(reached, 1e-9)  # most are proportional
         x = guess if low < guess < high else math.sqrt(low * high)
-    raise Redraw
+    if not bounds[0] <= measure(x) <= bounds[1]:
+        raise Redraw
+    return x
 
 
 def _coverage(setting: Setting, values: Effects, seen: Array) -> Array:
@@ -340,6 +344,8 @@ def _recorded(setting: Setting, truth: Truth, answer: Answer, rng: np.random.Gen
     real = compress(raw, truth.values, sensor)
     as_jpeg = "jpeg_compression" in truth.values and rng.random() < 0.2
     severity, shrink = _gap(setting, truth, answer, real, rng)
+    if shrink is not None and shrink < LEAST_SHRINK:
+        raise Redraw  # the unknown effect undoes the known one, as sharpening does blur
     answer = replace(answer, severity=severity, shrink=shrink, notes=_notes(setting, truth))
     files = _Files(setting, raw if as_jpeg else real, truth.values["jpeg_compression"]["quality"] if as_jpeg else None)
     return Machine(answer, files.write)
