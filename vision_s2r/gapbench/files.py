@@ -1,0 +1,39 @@
+"""The files of a sealed benchmark: whole or absent, JSON that two machines write alike."""
+
+import hashlib
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+from vision_s2r.errors import UserError
+
+
+def canonical(value: Any) -> str:
+    """JSON of a value in its one canonical form: sorted keys, no spaces, no NaN."""
+    return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False)
+
+
+def commitment(salt: str, answer: Any) -> str:
+    """SHA-256 of the salt followed by the answer's canonical JSON, in hex."""
+    return hashlib.sha256((salt + canonical(answer)).encode()).hexdigest()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    partial = path.with_name(path.name + ".partial")
+    partial.write_text(text, encoding="utf-8")
+    os.replace(partial, path)
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write readable JSON."""
+    write_text(path, json.dumps(value, indent=1, sort_keys=True) + "\n")
+
+
+def read_json(path: Path) -> Any:
+    """Read JSON. Raises UserError where there is none."""
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise UserError(f"{path}: cannot be read as JSON ({error})") from error

@@ -1,0 +1,398 @@
+"""Sealed joints: machines of every case, drawn so that each of their effects shows in the motion.
+
+An effect shows when it moves the free run's velocity by 3 (mild) to 100 times (severe) the noise of the velocity
+sensor, everything else equal; in pairs and triples each effect does, beside the others.
+"""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from vision_s2r.gapbench.seal.base import Answer, Effects, Machine
+from vision_s2r.gapbench.seal.drive import Drive
+from vision_s2r.gapbench.seal.excitation import SAMPLE_TIME, Excitation
+from vision_s2r.gapbench.seal.excitation import draw as draw_excitation
+from vision_s2r.gapbench.seal.library import ACTUATOR, DYNAMICS, LIBRARY, TORQUES, Family, Scale, compatible
+from vision_s2r.gapbench.seal.truth import COARSE, Truth, encoded, record, replay, velocity_difference
+from vision_s2r.gapbench.seal.unknown import UNKNOWN
+
+CASES = (
+    *("null", "dynamics", "single", "pair", "triple", "unknown", "known_unknown"),
+    *("weak", "all_nominal", "left_out"),
+)
+MILD, SEVERE = 3.0, 100.0  # in units of the velocity's noise
+WEAK = (0.02, 0.2)
+NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
+MODELLED = tuple(DYNAMICS)
+
+
+class Redraw(Exception):
+    """What was drawn does not make a machine of its case: draw again."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the simulator believes, how the joint is excited, and the noise of its sensors (rad, rad/s)."""
+
+    nominal: Drive
+    excitations: list[Excitation]
+    noise: tuple[float, float]
+    scale: Scale
+
+    def severity(self, truth: Truth, without: Truth) -> float:
+        """How far apart two joints move, in units of the velocity's noise."""
+        return velocity_difference(truth, without, self.excitations) / self.noise[1]
+
+
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
+    """Draw one machine of a case; see `seal.base`."""
+    for _ in range(200):
+        setting = _setting(rng)
+        try:
+            truth, answer = _DRAWN[case](setting, index, split, rng)
+        except Redraw:
+            continue
+        return _recorded(setting, truth, answer, rng)
+    raise RuntimeError(f"no machine of case '{case}' number {index} in 200 draws")
+
+
+def _setting(rng: np.random.Generator) -> Setting:
+    """A joint of the size of a small servo, its excitation and its sensors."""
+
+    def between(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    damping = between(0.05, 0.2)
+    nominal = Drive(
+        torque_constant=between(0.3, 0.8),
+        inertia=damping * between(0.12, 0.4),
+        viscous_damping=damping,
+        coulomb_friction=damping * between(0.15, 0.6),
+        gravity_torque=between(0.05, 0.3) if rng.random() < 0.3 else 0.0,
+        bias_torque=rng.choice([-1.0, 1.0]) * between(0.01, 0.05) if rng.random() < 0.2 else 0.0,
+    )
+    nominal = Drive(*(float(f"{value:.4g}") for value in nominal))
+    noise = (between(5e-5, 4e-4), between(2e-3, 1e-2))
+    excitations = draw_excitation(nominal, noise, rng)
+    motion, commands = record(Truth(nominal), excitations, COARSE)
+    scale = Scale(
+        torque=float(np.abs(commands).max() * nominal.torque_constant),
+        speed=float(np.abs(motion[..., 1]).max()),
+        range=float(np.abs(motion[..., 0]).max()),
+    )
+    return Setting(nominal, excitations, noise, scale)
+
+
+# Drawing truths, one function a case: (setting, index, split, rng) -> the joint and its answer. Raises Redraw.
+
+
+def _null(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    return Truth(setting.nominal), Answer("null")
+
+
+def _dynamics(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    """The first of each six machines have one wrong value, in turn, the others two or three."""
+    names = (MODELLED[index % 6],)
+    if index // 6 % 2:
+        names = tuple(rng.choice(MODELLED, size=rng.integers(2, 4), replace=False))
+    return _with_effects(setting, "dynamics", names, rng)
+
+
+def _single(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    return _with_effects(setting, "single", (list(LIBRARY)[index % len(LIBRARY)],), rng)
+
+
+def _several(case: str, count: int) -> Callable[..., tuple[Truth, Answer]]:
+    def draw(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+        """An effect of the drive, in turn, beside others."""
+        first = list(ACTUATOR)[index % len(ACTUATOR)]
+        names = (first, *map(str, rng.choice(list(LIBRARY), size=count - 1, replace=False)))
+        if not compatible(names):
+            raise Redraw
+        return _with_effects(setting, case, names, rng)
+
+    return draw
+
+
+def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    """An effect too weak to matter, in turn; not an encoder, whose velocity is another signal however fine it is."""
+    names = [name for name in LIBRARY if name != "encoder_quantization"]
+    name = names[index % len(names)]
+    truth = _grown(setting, Truth(setting.nominal), name, rng, *WEAK)
+    return truth, Answer("weak", optional=_effects(truth.drive, (name,)))
+
+
+def _all_nominal(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    """Every value that is not zero 5 to 25 % off, as a whole and relative to the torque constant."""
+    nonzero = [name for name in MODELLED if getattr(setting.nominal, name)]
+    factors = {name: 1 + rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.25) for name in nonzero}
+    relative = [factors[name] / factors["torque_constant"] for name in nonzero if name != "torque_constant"]
+    if not all(0.05 <= abs(value - 1) <= 0.25 for value in relative):
+        raise Redraw  # dividing by the torque constant would leave a value nearly right
+    if min(abs(a / b - 1) for a, b in itertools.combinations(relative, 2)) < 0.05:
+        raise Redraw  # another torque constant would explain two values at once
+    off = setting.nominal._replace(
+        **{name: getattr(setting.nominal, name) * f for name, f in factors.items()}
+    )
+    name = list(ACTUATOR)[index % len(ACTUATOR)]
+    truth = _grown(setting, Truth(off), name, rng)
+    return truth, _answer(setting, "all_nominal", truth, (name,))
+
+
+def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    truth, name, optional = _with_unknown(setting, Truth(setting.nominal), index, split, rng)
+    return truth, Answer("unknown", unknown=name, optional=optional)
+
+
+def _known_unknown(
+    setting: Setting, index: int, split: str, rng: np.random.Generator
+) -> tuple[Truth, Answer]:
+    """An unknown effect and one of the drive, each in turn."""
+    effect = list(ACTUATOR)[index % len(ACTUATOR)]
+    known = _grown(setting, Truth(setting.nominal), effect, rng)
+    truth, name, optional = _with_unknown(setting, known, index, split, rng)
+    if effect in optional or not MILD <= setting.severity(truth, _without(setting, truth, effect)) <= SEVERE:
+        raise Redraw
+    answer = _answer(setting, "known_unknown", truth, (effect,))
+    return truth, replace(answer, unknown=name, optional=optional)
+
+
+def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
+    name = list(LIBRARY)[index % len(LIBRARY)]
+    truth, answer = _with_effects(setting, "left_out", (name,), rng)
+    return truth, replace(answer, effects={}, withhold=name, where=[])
+
+
+_DRAWN: dict[str, Callable[..., tuple[Truth, Answer]]] = {
+    "null": _null,
+    "dynamics": _dynamics,
+    "single": _single,
+    "pair": _several("pair", 2),
+    "triple": _several("triple", 3),
+    "unknown": _unknown,
+    "known_unknown": _known_unknown,
+    "weak": _weak,
+    "all_nominal": _all_nominal,
+    "left_out": _left_out,
+}
+
+
+# Growing effects to a severity
+
+
+def _with_effects(
+    setting: Setting, case: str, names: Sequence[str], rng: np.random.Generator
+) -> tuple[Truth, Answer]:
+    """A joint with these effects, each of which shows beside the others."""
+    truth = Truth(setting.nominal)
+    for name in names:
+        truth = _grown(setting, truth, name, rng)
+    for name in names if len(names) > 1 else ():
+        if not MILD <= setting.severity(truth, _without(setting, truth, name)) <= SEVERE:
+            raise Redraw
+    return truth, _answer(setting, case, truth, tuple(names))
+
+
+def _grown(
+    setting: Setting,
+    truth: Truth,
+    name: str,
+    rng: np.random.Generator,
+    low: float = MILD,
+    high: float = SEVERE,
+) -> Truth:
+    """Add an effect, of a severity drawn uniformly in its logarithm."""
+    family = LIBRARY[name].draw(truth.drive, setting.scale, rng)
+    least = 0.0
+    if name in DYNAMICS and low >= MILD:
+        least = _noticeable(family, setting.nominal, name)
+    return _of_severity(setting, truth, lambda x: truth.with_fields(family(x)), rng, (low, high), least)
+
+
+def _of_severity(
+    setting: Setting,
+    without: Truth,
+    grow: Callable[[float], Truth],
+    rng: np.random.Generator,
+    bounds: tuple[float, float],
+    least: float = 0.0,
+) -> Truth:
+    """The member of a family, of an intensity above `least`, that differs from `without` by a severity drawn."""
+    target = np.exp(rng.uniform(*np.log(bounds)))
+    low, high, x = np.log(max(least, 1e-6)), 0.0, 0.0
+    grown = grow(1.0)
+    for _ in range(15):
+        ratio = setting.severity(grown, without) / target
+        if x == 0 and ratio < 1:
+            raise Redraw
+        if abs(ratio - 1) < 0.1:
+            return grown
+        low, high = (x, high) if ratio < 1 else (low, x)
+        x -= np.log(max(ratio, 1e-12))  # as if the gap grew in proportion
+        if not low < x < high:
+            x = (low + high) / 2
+        grown = grow(np.exp(x))
+    raise Redraw
+
+
+def _noticeable(family: Family, nominal: Drive, name: str) -> float:
+    """The intensity from which a wrong value is wrong by more than the share that must be named."""
+    before = getattr(nominal, name)
+    if before == 0:
+        return 0.0
+    fractions = np.geomspace(1e-3, 1, 200)
+    wrong = [abs(family(x)[name] / before - 1) > 1.2 * NOTICEABLE for x in fractions]
+    return float(fractions[np.argmax(wrong)])
+
+
+def _with_unknown(
+    setting: Setting, truth: Truth, index: int, split: str, rng: np.random.Generator
+) -> tuple[Truth, str, Effects]:
+    """Add an unknown effect, at least half again as severe as the mildest known ones."""
+    name = list(UNKNOWN[split])[index % len(UNKNOWN[split])]
+    effect = UNKNOWN[split][name]
+    family = effect.draw(truth.drive, setting.scale, rng)
+    seed = int(rng.integers(2**31))
+
+    def grow(x: float) -> Truth:
+        grown = truth.with_fields(family(x))
+        if effect.command:
+            grown = replace(grown, command=effect.command(x, np.random.default_rng(seed)))
+        if effect.sensor:
+            grown = replace(grown, sensor=effect.sensor(x, np.random.default_rng(seed)))
+        return grown
+
+    optional: Effects = {known: {} for known in effect.optional}
+    return _of_severity(setting, truth, grow, rng, (1.5 * MILD, SEVERE)), name, optional
+
+
+def _without(setting: Setting, truth: Truth, name: str) -> Truth:
+    """The joint without one of its effects of the vocabulary."""
+    neutral = setting.nominal._asdict()
+    return truth.with_fields({field: neutral[field] for field in LIBRARY[name].parameters.values()})
+
+
+# The answer
+
+
+def _effects(drive: Drive, names: Sequence[str]) -> Effects:
+    """The parameters of these effects, in the vocabulary's names."""
+    return {
+        name: {key: float(getattr(drive, field)) for key, field in LIBRARY[name].parameters.items()}
+        for name in names
+    }
+
+
+def _answer(setting: Setting, case: str, truth: Truth, names: tuple[str, ...]) -> Answer:
+    """The description with the fewest effects, and its twins.
+
+    A joint moves the same when every torque and the inertia are divided by one number: any torque constant describes
+    it. The nominal one goes first among descriptions of the same size.
+    """
+    actuator = tuple(name for name in names if name in ACTUATOR)
+    descriptions = []
+    for divisor in _divisors(truth.drive, setting.nominal):
+        scaled = {field: getattr(truth.drive, field) / divisor for field in TORQUES}
+        scaled["static"] = scaled["static"] if truth.drive.static >= 0 else -1.0
+        drive = truth.drive._replace(**scaled)
+        wrong = {name: _wrongness(getattr(drive, name), getattr(setting.nominal, name)) for name in MODELLED}
+        named = tuple(name for name in MODELLED if wrong[name] > NOTICEABLE)
+        barely = tuple(name for name in MODELLED if 1e-9 < wrong[name] <= NOTICEABLE)
+        descriptions.append((_effects(drive, named + actuator), _effects(drive, barely)))
+    effects, optional = min(descriptions, key=lambda description: len(description[0]))
+    twins = {tuple(sorted(other)) for other, _ in descriptions} - {tuple(sorted(effects))}
+    where = sorted({axis for name in effects for axis in LIBRARY[name].where}) if len(effects) == 1 else []
+    return Answer(case, effects, optional, twins=[list(twin) for twin in sorted(twins)], where=where)
+
+
+def _divisors(drive: Drive, nominal: Drive) -> list[float]:
+    """Numbers that make the torque constant or another wrong value nominal, the torque constant first."""
+    ratios = [getattr(drive, name) / getattr(nominal, name) for name in MODELLED if getattr(nominal, name)]
+    constant = drive.torque_constant / nominal.torque_constant
+    return [constant, 1.0, *(ratio for ratio in ratios if ratio > 0)]
+
+
+def _wrongness(value: float, nominal: float) -> float:
+    """The share by which a value is off; infinite where nominal is zero and the value is not."""
+    if nominal == 0:
+        return np.inf if value else 0.0
+    return abs(value / nominal - 1)
+
+
+# The recording
+
+
+def _recorded(setting: Setting, truth: Truth, answer: Answer, rng: np.random.Generator) -> Machine:
+    motion, commands = record(truth, setting.excitations)
+    resolution = truth.drive.resolution
+    shown = encoded(motion, resolution)
+    noise = rng.normal(size=motion.shape) * setting.noise
+    # An encoder's velocity is computed from its positions: it has their noise and no other
+    measured = encoded(motion + noise, resolution)
+    tell: dict[str, Any] = {
+        "noise": dict(zip(("position", "velocity"), setting.noise, strict=True)),
+        "excitation": [excitation.form for excitation in setting.excitations],
+        "machine": {
+            k: float(v) for k, v in truth.drive._asdict().items() if v != Drive._field_defaults.get(k)
+        },
+    }
+    answer = replace(answer, notes=tell, **_gap(setting, truth, answer, measured, shown, commands))
+    return Machine(answer, lambda folder: _write(folder, setting.nominal, commands, measured))
+
+
+def _gap(
+    setting: Setting,
+    truth: Truth,
+    answer: Answer,
+    measured: np.ndarray,
+    shown: np.ndarray,
+    commands: np.ndarray,
+) -> Mapping[str, float | None]:
+    """How severe the gap is, and the share of it (beyond noise) that the effects of the answer remove."""
+
+    def distance(motion: np.ndarray) -> float:
+        return float(np.sqrt(np.mean((motion - measured)[..., 1] ** 2)))
+
+    first = measured[:, 0] * (1, 0)  # at rest, as the recording says
+    before = distance(replay(setting.nominal, commands, first))
+    floor = distance(shown)
+    shrink = None
+    if answer.effects:
+        after = distance(
+            replay(truth.drive if not answer.unknown else _known_part(setting, answer), commands, first)
+        )
+        shrink = (before - after) / (before - floor)
+    return {"severity": before / floor, "shrink": shrink}
+
+
+def _known_part(setting: Setting, answer: Answer) -> Drive:
+    """The joint that the effects of the answer make of the nominal one."""
+    fields = {
+        LIBRARY[name].parameters[key]: value
+        for name, parameters in answer.effects.items()
+        for key, value in parameters.items()
+    }
+    return setting.nominal._replace(**fields)
+
+
+def _write(folder: Path, nominal: Drive, commands: np.ndarray, measured: np.ndarray) -> None:
+    believed = {name: float(getattr(nominal, name)) for name in MODELLED}
+    head = {
+        "format": "vision-s2r/recording/1",
+        "kind": "joint",
+        "sample_time": SAMPLE_TIME,
+        "nominal": believed,
+    }
+    (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
+    rows = ["episode,t,current,position,velocity"]
+    for episode, (currents, motion) in enumerate(zip(commands, measured, strict=True)):
+        rows += [
+            f"{episode},{k * SAMPLE_TIME:.6g},{u:.9g},{q:.9g},{v:.9g}"
+            for k, (u, (q, v)) in enumerate(zip(currents, motion, strict=True))
+        ]
+    (folder / "joint.csv").write_text("\n".join(rows) + "\n")
