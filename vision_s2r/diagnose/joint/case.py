@@ -1,0 +1,271 @@
+"""A log of a joint as a case of the diagnosis."""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names, Samples, Units
+from vision_s2r.diagnose.joint import uncertainty
+from vision_s2r.diagnose.joint.decoys import MEANINGS
+from vision_s2r.diagnose.joint.experiments import experiment
+from vision_s2r.diagnose.joint.fitter import SCALE, Fitter, Floor, names_of
+from vision_s2r.diagnose.joint.gap import Gap
+from vision_s2r.diagnose.joint.lattice import Lattice, find_lattice
+from vision_s2r.diagnose.joint.likelihood import GAUSSIAN, log_density
+from vision_s2r.diagnose.joint.noise import fast_variance, inflation, memory
+from vision_s2r.diagnose.joint.observer import Observer
+from vision_s2r.diagnose.joint.silence import silent
+from vision_s2r.diagnose.joint.track import Track, fast_noise, make_track
+from vision_s2r.effects import Effect
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, JointEffect
+from vision_s2r.recording import JointRecording
+
+STEP = 0.004  # s, of the integrator, at most
+FINER = 4  # times the steps, for the integrator's own error
+BLOCK = 50  # samples, at least, that count as one
+WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
+LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
+LAYERS = 3  # effects that are taken off before the noise is read off what is left
+SETTLED = 0.9  # the noise is found when one more effect leaves more than this of it
+TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
+INCONSTANT = 0.3  # relative spread over units that a true effect's steadiest parameter does not have
+AT_BOUND = 0.01  # of the range
+
+_TWINS = (
+    {"compliance", "backlash"},
+    {"compliance", "latency"},
+    {"backlash", "latency"},
+    {"coulomb_friction", "stribeck_friction"},
+    {"stribeck_friction", "load_dependent_friction"},
+    {"asymmetric_friction", "bias_torque"},
+    {"viscous_damping", "thermal_drift"},
+    {"torque_saturation", "torque_speed_limit"},
+    {"torque_speed_limit", "viscous_damping"},
+    {"load_dependent_friction", "torque_constant"},
+    *({"torque_constant", name} for name in ("inertia", "viscous_damping", "coulomb_friction", "gravity_torque")),
+)
+
+
+class JointCase:
+    """Episodes of a joint beside the simulator of `vision_s2r.joint`.
+
+    The search looks at the residual of a leaky observer in position and velocity; the gap is that of the velocity in
+    free run. An episode is a unit; fewer than five are cut into stretches.
+    """
+
+    kind = "joint"
+    effects: ClassVar[tuple[JointEffect, ...]] = tuple(JOINT_EFFECTS)
+    refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
+    decoys: Mapping[str, str] = MEANINGS
+    metric = "velocity_rmse"
+
+    def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
+        self.recording = recording
+        self.library = library
+        lattice = find_lattice(recording.position, recording.lengths)
+        derived = lattice is not None and _is_derived(recording)
+        self.track: Track = make_track(recording, derived)
+        self.units = self.track.count
+        self.refitted = frozenset(self.refitted & library.keys())
+        self.unit = "rad/s" if recording.units == "rotary" else "m/s"
+        self.described = self._describe()
+        rounding = lattice.resolution**2 / 12 if lattice else 0.0
+        known = lattice is not None and "encoder_quantization" in library
+        self.certain: Mapping[str, float] = {"encoder_quantization": lattice.evidence} if lattice and known else {}
+        self._lattice: Lattice | None = lattice if known else None
+        self._lock = threading.Lock()
+        self._scores: dict[object, uncertainty.Scores] = {}
+        self._prepare(lattice if lattice and not known else None, rounding)
+
+    # -- the noise
+
+    def _prepare(self, unknown_lattice: Lattice | None, rounding: float) -> None:
+        track = self.track
+        observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
+        rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
+        loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
+        self._fitter = Fitter(track, observer, loose, self._lattice.resolution if self._lattice else None)
+        best, noise = self._quietest()
+        if unknown_lattice is not None:  # its steps are no noise
+            noise[0] = max(noise[0] - rounding, unknown_lattice.noise**2, 1e-3 * rounding)
+        self.noise = noise  # [channels] variance of the measurement
+        inflated = noise * inflation(self._fitter, best, noise)
+        self.tolerance = self._tolerance(best)  # [channels] mean square error of the integrator
+        self._expected = inflated + self.tolerance  # of the residual, where the machine is right
+        residuals = self._fitter.residuals(best, range(self.units))
+        self._temper = 1 / memory(residuals, track.lengths)
+        self._floor = GAUSSIAN * self._expected
+        self._gap = Gap(self._fitter, noise, self._lattice)
+        self._labels, self._owners = uncertainty.blocks(track.unit, int(max(BLOCK, 5 / self._temper.min())))
+        base = self._fitter.fit(self.refitted | frozenset(self.certain), range(self.units), NOMINAL)
+        self.silent: Mapping[str, str] = silent(self._fitter, base, self._expected / self._temper, list(self.library))
+
+    def _quietest(self) -> tuple[Hypothesis, np.ndarray]:
+        """The noise's variance [channels], read off what is left once the largest effects are taken off."""
+        units = range(self.units)
+        lengths = self.track.lengths
+        best = self._fitter.fit(self.refitted | frozenset(self.certain), units, NOMINAL)
+        noise = fast_variance(self._fitter.residuals(best, units), lengths)
+        for _ in range(LAYERS):
+            free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})
+            gains = self._fitter.gains(best, free, units)
+            name = max(free, key=lambda each: gains[each], default=None)
+            if name is None or gains[name] < 10:
+                break
+            more = self._fitter.fit(names_of(best) | {name}, units, best)
+            quieter = fast_variance(self._fitter.residuals(more, units), lengths)
+            settled = (quieter > SETTLED * noise).all()
+            noise = np.minimum(noise, quieter)
+            best = more
+            if settled:
+                break
+        return best, noise
+
+    def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:
+        coarse, fitter = self._fitter.residuals(hypothesis, range(self.units)), self._fitter
+        fine = Fitter(
+            self.track,
+            Observer(self.track, fitter.observer.substeps * FINER, fitter.observer.noise),
+            fitter.floor,
+            fitter.resolution,
+        ).residuals(hypothesis, range(self.units))
+        squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
+        return squares[: int(0.99 * len(squares))].mean(axis=0)
+
+    # -- fits and scores
+
+    def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""
+        return self._fitter.fit(names, list(units), start)
+
+    def loglik(self, hypothesis: Hypothesis, units: Units) -> list[np.ndarray]:
+        """Log-likelihood [blocks] (nats) of each unit, tempered by how long residuals remember."""
+        residuals = self._fitter.residuals(hypothesis, units)
+        scale = np.maximum(self._scale(hypothesis), self._floor)
+        density = (log_density(residuals, scale) * self._temper).sum(axis=-1)
+        sums = np.bincount(np.maximum(self._labels, 0).ravel(), (density * (self._labels >= 0)).ravel(), len(self._owners))
+        return [sums[self._owners == unit] for unit in units]
+
+    def _scale(self, hypothesis: Hypothesis) -> np.ndarray:
+        return np.asarray(hypothesis.extra[SCALE]) if SCALE in hypothesis.extra else self._floor
+
+    def excess(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        """Mean squared residual [units] in units of the noise's, single instants limited."""
+        squares = self._fitter.residuals(hypothesis, units) ** 2 / self._expected
+        share = self._temper / self._temper.sum()  # a channel counts by how much it has to say
+        each, plain = np.minimum(squares, WINSOR) @ share, squares @ share
+        # A gap that is large everywhere is as large as it is; only rare instants are limited.
+        return np.array([self._limited(each, plain, self.track.unit == unit) for unit in units])
+
+    @staticmethod
+    def _limited(each: np.ndarray, plain: np.ndarray, inside: np.ndarray) -> float:
+        rare = float((plain[inside] > WINSOR).mean()) < 0.02
+        return float((each if rare else plain)[inside].mean())
+
+    def error(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        """Mean squared error [units] of the velocity in free run."""
+        return self._gap.of_units(self._gap.squared(hypothesis), units)
+
+    def floor(self, units: Units) -> np.ndarray:
+        """That of the measurement's noise alone."""
+        return np.full(len(units), self._gap.noise_variance)
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """The velocity's squared errors in free run, sample by sample."""
+        return self._gap.samples(hypothesis)
+
+    # -- what to try
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats each of these names would gain."""
+        return self._fitter.gains(hypothesis, list(names), range(self.units))
+
+    def proposals(self) -> Sequence[Names]:
+        """None: every effect is tried."""
+        return []
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """A torque constant for several nominal parameters that are scaled together."""
+        scaled = names & {"inertia", "viscous_damping", "coulomb_friction", "gravity_torque", "bias_torque"}
+        if "torque_constant" not in self.library or len(scaled) < 2:
+            return []
+        return [(names - scaled) | {"torque_constant"}]
+
+    def twins(self, name: str) -> Names:
+        """Effects that may pass for this one."""
+        return frozenset().union(*(pair for pair in _TWINS if name in pair)) - {name}
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect changes less than the simulator's own error does."""
+        values = hypothesis.values.get(name)
+        if values is None:
+            return False
+        if name in DYNAMICS:
+            nominal = float(getattr(self.track.nominal, name))
+            if nominal and abs(values["value"] / nominal - 1) < TOLERANCE:
+                return True
+        if name == "encoder_quantization":
+            return False
+        less = {key: value for key, value in hypothesis.values.items() if key != name}
+        units = range(self.units)
+        change = self._fitter.residuals(hypothesis, units) - self._fitter.residuals(
+            Hypothesis(less, hypothesis.extra), units
+        )
+        squares = (change[self.track.unit >= 0] ** 2).mean(axis=0)
+        return bool((squares / (4 * self.tolerance + 1e-3 * self._expected)).max() < 1)
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether parameters are at a bound, or differ between units as a stand-in's do."""
+        if name in ("encoder_quantization", *MEANINGS) or name not in hypothesis.values:
+            return False
+        scores = self._scores_of(hypothesis)
+        space = scores.space
+        for k, owner in enumerate(space.owner):
+            if owner != name or name in DYNAMICS:
+                continue
+            margin = AT_BOUND * (space.high[k] - space.low[k])
+            if scores.point[k] < space.low[k] + margin and space.coordinates[k].log:
+                return True
+            if scores.point[k] > space.high[k] - margin:
+                return True
+        return uncertainty.spread(scores, name) > INCONSTANT
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter."""
+        found = uncertainty.intervals(self._scores_of(hypothesis)) if hypothesis.values else {}
+        if self._lattice and "encoder_quantization" in hypothesis.values:
+            resolution, span = self._lattice.resolution, self.track.scales.span
+            reach = resolution * max(1e-9, 2 * max(self._lattice.noise, 1e-6 * resolution) / span)
+            found["encoder_quantization"] = {"resolution": (resolution - reach, resolution + reach)}
+        return found
+
+    def _scores_of(self, hypothesis: Hypothesis) -> uncertainty.Scores:
+        key = repr(hypothesis)
+        if key not in self._scores:
+            found = uncertainty.scores(self._fitter, hypothesis)
+            with self._lock:
+                self._scores[key] = found
+        return self._scores[key]
+
+    def experiment(self, rivals: Sequence[Hypothesis], silent: Sequence[str]) -> str:
+        """The recording to make next."""
+        return experiment(self._fitter, rivals, silent, self.noise)
+
+    def _describe(self) -> str:
+        velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"
+        return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
+
+
+def _is_derived(recording: JointRecording) -> bool:
+    """Whether the velocity is no more than the central difference of the positions."""
+    if recording.velocity is None:
+        return False
+    inner = recording.velocity[:, 1:-1]
+    central = (recording.position[:, 2:] - recording.position[:, :-2]) / (2 * recording.sample_time)
+    difference = np.nanstd(inner - central)
+    rounding = fast_noise(central)
+    return bool(difference < 0.5 * max(rounding, 1e-12))
+

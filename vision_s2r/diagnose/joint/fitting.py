@@ -1,0 +1,141 @@
+"""Maximum likelihood by Levenberg and Marquardt: derivatives by differences, all of them one batch of machines.
+
+Each channel (position, velocity) has a scale of its own, as large as its residual and no smaller than its floor; what
+is minimised is the negative log-likelihood with the scales at their best. (Marquardt, SIAM J. 11, 1963; large residuals
+by iteratively reweighted least squares.)
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.diagnose.joint.likelihood import influence, profile
+from vision_s2r.diagnose.joint.observer import Observer
+from vision_s2r.diagnose.joint.space import Space
+
+DAMPINGS = np.array([0.03, 1.0, 30.0, 1000.0])  # tried at once, times the last that was best
+LEAST_GAIN = 0.02  # nats that another iteration must bring
+
+
+@dataclass(frozen=True)
+class Data:
+    """What is fitted: samples, and how much each counts."""
+
+    episodes: tuple[int, ...]
+    weight: np.ndarray  # [E, T] 1 where a sample counts, else 0
+    floor: np.ndarray  # [channels] scale² below which none goes
+    temper: np.ndarray  # [channels] effective samples a sample
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """The end of a fit."""
+
+    point: np.ndarray
+    cost: float  # negative log-likelihood and prior, nats
+    scale: np.ndarray  # [channels] squared
+
+
+def costs(observer: Observer, space: Space, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Negative log-likelihood [C] (nats) of points [C, D], and scales² [C, channels]."""
+    scale, cost = profile(observer.residuals(space, points, data.episodes), data.weight, data.floor)
+    return cost @ data.temper, scale
+
+
+def minimise(
+    observer: Observer,
+    space: Space,
+    data: Data,
+    start: np.ndarray,
+    iterations: int,
+    strides: Sequence[float] = (1.0,),
+    least_gain: float = LEAST_GAIN,
+) -> Fitted:
+    """From one start to the nearest optimum, or as far as `iterations` go with each stride.
+
+    A stride multiplies the steps of the differences: long ones look over the small ripples that impacts leave.
+    """
+    best = Fitted(start, np.inf, np.ones(observer.channels))
+    for stride in strides:
+        found = _descend(observer, space, data, best.point, start, space.step * stride, iterations, least_gain)
+        if found.cost < best.cost:
+            best = found
+    return best
+
+
+def _descend(
+    observer: Observer,
+    space: Space,
+    data: Data,
+    point: np.ndarray,
+    centre: np.ndarray,
+    step: np.ndarray,
+    iterations: int,
+    least_gain: float,
+) -> Fitted:
+    damping, now = 1e-3, Fitted(point, np.inf, np.ones(observer.channels))
+    if not space.size:
+        cost, scale = costs(observer, space, data, point[None])
+        return Fitted(point, float(cost[0]), scale[0])
+    for _ in range(max(iterations, 1)):
+        steps = np.where(now.point + step > space.high, -step, step)
+        points = np.concatenate([now.point[None], now.point + np.diag(steps)])
+        residuals = observer.residuals(space, points, data.episodes)
+        scale, cost = profile(residuals[:1], data.weight, data.floor)
+        now = Fitted(now.point, float(cost[0] @ data.temper) + _prior(now.point, centre, space), scale[0])
+        if not iterations:
+            break
+        curvature, slope = _normal(residuals, steps, now.scale, data)
+        curvature[np.diag_indices(space.size)] += space.prior**-2.0
+        slope += (centre - now.point) * space.prior**-2.0
+        trials = _trials(now.point, curvature, slope, damping * DAMPINGS, space)
+        values, scales = costs(observer, space, data, trials)
+        values = values + np.array([_prior(trial, centre, space) for trial in trials])
+        k = int(np.argmin(values))
+        gained = now.cost - float(values[k])
+        if not gained > 0:
+            if damping >= 1e2:
+                break
+            damping *= 1e4
+            continue
+        now = Fitted(trials[k], float(values[k]), scales[k])
+        damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
+        if gained < least_gain:
+            break
+    return now
+
+
+def _prior(point: np.ndarray, centre: np.ndarray, space: Space) -> float:
+    return 0.5 * float((((point - centre) / space.prior) ** 2).sum())
+
+
+def _normal(residuals: np.ndarray, steps: np.ndarray, scale: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
+    """Curvature [D, D] and slope [D] of the log-likelihood, from residuals at a point and one step along each axis."""
+    size = len(steps)
+    curvature, slope = np.zeros((size, size)), np.zeros(size)
+    counts = data.weight.ravel() > 0
+    for channel in range(residuals.shape[-1]):
+        values = residuals[..., channel].reshape(len(residuals), -1)[:, counts]
+        jacobian = (values[1:] - values[0]) / steps[:, None]
+        weighted = jacobian * (influence(values[0], scale[channel]) * data.temper[channel])
+        curvature += weighted @ jacobian.T
+        slope -= weighted @ values[0]
+    return curvature, slope
+
+
+def _trials(
+    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, dampings: np.ndarray, space: Space
+) -> np.ndarray:
+    """Where each damping leads; coordinates that are pushed against a bound stay there."""
+    out = []
+    scale = np.sqrt(np.diag(curvature)) + 1e-300
+    stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0)) | (scale < 1e-250)
+    free = np.flatnonzero(~stuck)
+    scaled = (curvature / scale / scale[:, None])[np.ix_(free, free)]
+    for damping in dampings:
+        step = np.zeros(len(point))
+        solved = np.linalg.lstsq(scaled + damping * np.eye(len(free)), (slope / scale)[free], rcond=1e-12)[0]
+        step[free] = solved / scale[free]
+        out.append(np.clip(point + step, space.low, space.high))
+    return np.array(out)

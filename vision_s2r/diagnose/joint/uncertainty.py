@@ -1,0 +1,125 @@
+"""How sure parameters are: the sandwich of a fit whose residuals depend on their neighbours, block by block.
+
+Curvature on the outside, the scatter of the blocks' scores inside (Huber, Fifth Berkeley Symposium, 1967); blocks are
+longer than the observer remembers.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import t as student
+
+from vision_s2r.diagnose.case import Hypothesis
+from vision_s2r.diagnose.joint.fitter import SCALE, Fitter, names_of
+from vision_s2r.diagnose.joint.likelihood import NU, influence
+from vision_s2r.diagnose.joint.observer import Observer
+from vision_s2r.diagnose.joint.space import Space
+
+BLOCK = 100  # samples
+FINER = 4  # times the integrator's steps, for what its step size does to parameters
+
+
+@dataclass(frozen=True)
+class Scores:
+    """A fit's curvature and slope, in pieces."""
+
+    space: Space
+    point: np.ndarray  # [D]
+    curvature: np.ndarray  # [B, D, D] of each block
+    slope: np.ndarray  # [B, D]
+    unit: np.ndarray  # [B]
+    bias: np.ndarray  # [D] that the integrator's step size causes, to first order
+
+    @property
+    def inverse(self) -> np.ndarray:
+        """Of the curvature of all blocks and the prior."""
+        whole = self.curvature.sum(axis=0) + np.diag(self.space.prior**-2.0)
+        scale = np.sqrt(np.diag(whole)) + 1e-300
+        return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None]
+
+
+def scores(fitter: Fitter, hypothesis: Hypothesis) -> Scores:
+    """Of a hypothesis, on all units."""
+    track, observer = fitter.track, fitter.observer
+    space = fitter.space(names_of(hypothesis))
+    point = space.start(hypothesis)
+    data = fitter.data(range(track.count))
+    steps = np.where(point + space.step > space.high, -space.step, space.step)
+    residuals = observer.residuals(space, np.concatenate([point[None], point + np.diag(steps)]), data.episodes)
+    jacobian = (residuals[1:] - residuals[0]) / steps[:, None, None, None]
+    now, scale = residuals[0], np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
+    push = influence(now, scale) * data.weight[..., None]
+    bend = np.maximum(push * (NU * scale - now**2) / (NU * scale + now**2), 0.0)
+    labels, unit = blocks(track.unit, BLOCK)
+    curvature, slope = [], []
+    for block in (labels == b for b in range(len(unit))):
+        part = jacobian[:, block]
+        curvature.append(np.einsum("dsk,fsk,sk->df", part, part, bend[block]))
+        slope.append(-np.einsum("dsk,sk->d", part, (push * now)[block]))
+    fine = Observer(track, observer.substeps * FINER, observer.noise)
+    shift = fine.residuals(space, point[None], data.episodes)[0] - now
+    partial = Scores(space, point, np.array(curvature), np.array(slope), unit, np.zeros(space.size))
+    bias = partial.inverse @ np.einsum("detk,etk->d", jacobian, push * np.clip(shift, -np.sqrt(scale), np.sqrt(scale)))
+    return replace(partial, bias=bias)
+
+
+def blocks(unit: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
+    """Label [E, T] of each sample's block (-1 beyond the end), and the unit [B] of each; `length` samples or more."""
+    labels, owners = np.full(unit.shape, -1), []
+    for u in range(unit.max() + 1):
+        episode, sample = np.nonzero(unit == u)
+        count = max(1, len(sample) // length)
+        labels[episode, sample] = len(owners) + np.arange(len(sample)) * count // len(sample)
+        owners += [u] * count
+    return labels, np.array(owners)
+
+
+def intervals(of: Scores, level: float = 0.95) -> dict[str, dict[str, tuple[float, float]]]:
+    """Interval of every parameter."""
+    space = of.space
+    count = len(of.unit)
+    inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
+    covariance = of.inverse @ inner @ of.inverse
+    to_machine = np.eye(space.size)  # from coordinates to coded parameters
+    columns = {c.column: k for k, c in enumerate(space.coordinates)}
+    for k, c in enumerate(space.coordinates):
+        if c.above is not None and c.above in columns:
+            to_machine[k, columns[c.above]] = 1.0
+    covariance, bias = to_machine @ covariance @ to_machine.T, to_machine @ of.bias
+    quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
+    row = space.machines(of.point[None])[0]
+    out: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in space.effects}
+    for k, c in enumerate(space.coordinates):
+        reach = float(np.sqrt(max(covariance[k, k], 0.0)) * quantile + abs(bias[k]))
+        value = float(row[c.column])
+        if c.log:
+            reach = min(reach, 20.0)
+            out[c.effect][c.parameter] = (value * float(np.exp(-reach)), value * float(np.exp(reach)))
+        else:
+            out[c.effect][c.parameter] = (value - reach, value + reach)
+    return out
+
+
+def spread(of: Scores, name: str) -> float:
+    """How much a parameter of this name differs between units, relative to itself; of its steadiest parameter.
+
+    Each unit's own estimate is a step of the fit from the common point, the other names held; what chance alone would
+    make of it is taken off.
+    """
+    own = [k for k, owner in enumerate(of.space.owner) if owner == name]
+    if not own:
+        return 0.0
+    steps, infos = [], []
+    for unit in np.unique(of.unit):
+        block = of.unit == unit
+        curvature = of.curvature[block].sum(axis=0)[np.ix_(own, own)]
+        slope = of.slope[block].sum(axis=0)[own]
+        info = np.diag(curvature)
+        steps.append(slope / np.maximum(info, 1e-300))
+        infos.append(info)
+    step, info = np.array(steps), np.array(infos)
+    weight = info / np.maximum(info.sum(axis=0), 1e-300)
+    mean = (weight * step).sum(axis=0)
+    variance = (weight * ((step - mean) ** 2 - 1 / np.maximum(info, 1e-300))).sum(axis=0)
+    size = np.array([1.0 if c.log else abs(of.point[k]) for k, c in enumerate(of.space.coordinates)] + [np.inf] * 99)
+    return float(np.min(np.sqrt(np.maximum(variance, 0.0)) / np.maximum(size[own], 1e-300)))
