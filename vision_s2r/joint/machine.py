@@ -49,6 +49,7 @@ _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 def _absent() -> np.ndarray:
     """A machine without effects: neutral values, and NaN where a parameter has none."""
     row = np.full(len(COLUMNS), math.nan)
+    row[: len(DYNAMICS)] = 0.0
     for effect in JOINT_EFFECTS:
         for parameter in effect.parameters:
             if effect.source == "actuator" and parameter.neutral is not None:
