@@ -4,8 +4,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.diagnose.case import Axis, Samples
 from vision_s2r.diagnose.camera.scoring import BLOCK
+from vision_s2r.diagnose.case import Axis, Samples
 
 _RINGS = 5
 _BRIGHTNESS = ("0 to 51", "51 to 102", "102 to 153", "153 to 204", "204 to 255")
@@ -24,7 +24,9 @@ def samples(
     rows, columns = np.arange(0, height, 2), np.arange(0, width, 2)
     grid = np.ix_(range(count), range(channels), rows, columns)
     chosen = np.broadcast_to(counted.numpy(), error.shape)[grid]
-    unit, channel, row, column = (index[chosen] for index in np.meshgrid(range(count), range(channels), rows, columns, indexing="ij"))
+    unit, channel, row, column = (
+        index[chosen] for index in np.meshgrid(range(count), range(channels), rows, columns, indexing="ij")
+    )
     radius = np.hypot(row - (height - 1) / 2, column - (width - 1) / 2) / np.hypot(height - 1, width - 1) * 2
     pixel_axes = [
         Axis("radius", _ring_labels(), (radius * _RINGS).astype(int).clip(0, _RINGS - 1)),

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS, CameraEffect
 from vision_s2r.diagnose.camera import axes, decoys, silence
-from vision_s2r.diagnose.camera.coordinates import CHARTS, pack
+from vision_s2r.diagnose.camera.coordinates import CHARTS
 from vision_s2r.diagnose.camera.elimination import drop_costs
 from vision_s2r.diagnose.camera.fitting import (
     Target,
@@ -23,7 +23,7 @@ from vision_s2r.diagnose.camera.fitting import (
     starts,
 )
 from vision_s2r.diagnose.camera.intervals import Spread, spread
-from vision_s2r.diagnose.camera.prediction import NOISES, Stages, encoded
+from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, encoded
 from vision_s2r.diagnose.camera.scoring import Score, mismatch, predicted_noise, score
 from vision_s2r.diagnose.camera.study import Study, study
 from vision_s2r.diagnose.case import Hypothesis, Names, Samples, Units
@@ -118,10 +118,14 @@ class CameraCase:
             options = starts(name, self.study.pictures.optics.width)
             if name in self.study.reference:
                 options = [dict(self.study.reference[name]), *options]
-            values = {each: dict(value) for each, value in best_start(self._target, values, name, few[:2], options).items()}
+            values = {
+                each: dict(value) for each, value in best_start(self._target, values, name, few[:2], options).items()
+            }
         return values
 
-    def _fit_decoys(self, values: Mapping[str, Mapping[str, float]], names: list[str], units: list[int]) -> dict[str, decoys.Fitted]:
+    def _fit_decoys(
+        self, values: Mapping[str, Mapping[str, float]], names: list[str], units: list[int]
+    ) -> dict[str, decoys.Fitted]:
         fitted: dict[str, decoys.Fitted] = {}
         if not names:
             return fitted
@@ -170,7 +174,7 @@ class CameraCase:
             scores: list[Score] = []
             for unit in units:  # a frame at a time stays in the cache
                 residual, noise, outliers = self.residual(hypothesis, [unit])
-                scores += score(self.study.yardstick, residual, noise, [unit], outliers)
+                scores += score(self.study.yardstick, residual, noise, [unit], outliers, bool(hypothesis.extra))
             with self._lock:
                 if len(self._scores) >= _REMEMBERED:
                     self._scores.pop(next(iter(self._scores)))
@@ -179,7 +183,7 @@ class CameraCase:
         return self._scores[key]
 
     def loglik(self, hypothesis: Hypothesis, units: Units) -> list[np.ndarray]:
-        """Of each frame, the log-likelihood [blocks] (nats) of its blocks of 8 x 8 px."""
+        """Of each frame, the log-likelihood [blocks] (nats) of the sixteen parts that it is divided into."""
         return [each.loglik for each in self._scored(hypothesis, units)]
 
     def excess(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
@@ -242,7 +246,9 @@ class CameraCase:
                 moved = target.pictures.predict(
                     {k: v for k, v in values.items() if k != "jpeg_compression"} | {name: option}, few, stages
                 ).mean
-                base = target.pictures.predict({k: v for k, v in values.items() if k != "jpeg_compression"}, few, stages).mean
+                base = target.pictures.predict(
+                    {k: v for k, v in values.items() if k != "jpeg_compression"}, few, stages
+                ).mean
                 equations = normal(target, torch.cat([slopes, (moved - base)[None]]), residual, few)
                 gain = max(gain, _last_gain(equations.matrix, equations.vector))
             gains[name] = gain * pixels / self.study.yardstick.temper
@@ -260,7 +266,9 @@ class CameraCase:
             model = noise.at(values, bins.values)[usable]
             return float((-0.5 * counts[usable] * (np.log(model) + variance[usable] / model)).sum())
 
-        return max(loglik(dict(hypothesis.values) | fitted) - loglik(hypothesis.values), 0.0) / self.study.yardstick.temper
+        return (
+            max(loglik(dict(hypothesis.values) | fitted) - loglik(hypothesis.values), 0.0) / self.study.yardstick.temper
+        )
 
     def proposals(self) -> Sequence[Names]:
         """Sets that a fit of everything, thinned out, suggests."""
@@ -281,6 +289,8 @@ class CameraCase:
         """Whether switching the effect off changes nothing that could be seen above the simulator's tolerance."""
         few = self._few(range(self.units))
         values = hypothesis.values
+        if WARPS & values.keys() and silence.faint_blur(name, values[name]):
+            return True
         without = {each: value for each, value in values.items() if each != name}
         (mean, variance), (other, other_variance) = self._mean(values, few), self._mean(without, few)
         yardstick = self.study.yardstick
@@ -299,7 +309,10 @@ class CameraCase:
         for parameter in self.library[name].parameters:
             if parameter.neutral is None or name == "jpeg_compression":
                 continue
-            if values[parameter.name] in (parameter.low, parameter.high) and values[parameter.name] != parameter.neutral:
+            if (
+                values[parameter.name] in (parameter.low, parameter.high)
+                and values[parameter.name] != parameter.neutral
+            ):
                 return True
         if name not in CHARTS:
             return False

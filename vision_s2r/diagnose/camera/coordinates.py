@@ -100,7 +100,9 @@ CHARTS: dict[str, Chart] = {
 def bounded(name: str, values: EffectValues) -> dict[str, float]:
     """The nearest values within the effect's bounds."""
     effect = CAMERA_EFFECTS[name]
-    return {key: min(max(value, effect.parameter(key).low), effect.parameter(key).high) for key, value in values.items()}
+    return {
+        key: min(max(value, effect.parameter(key).low), effect.parameter(key).high) for key, value in values.items()
+    }
 
 
 def pack(values: Mapping[str, EffectValues], names: Sequence[str]) -> np.ndarray:

@@ -112,7 +112,9 @@ def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
 
     of_mean, of_residual = spectrum(mean), spectrum(residual)
     power = of_mean.abs().square().sum(0)
-    likeness = torch.fft.irfft2((of_residual * of_mean.conj()).sum(0) / (power + power.mean()), s=(2 * height, 2 * width))
+    likeness = torch.fft.irfft2(
+        (of_residual * of_mean.conj()).sum(0) / (power + power.mean()), s=(2 * height, 2 * width)
+    )
     reach = width // 4
     near = torch.roll(likeness, (reach, reach), (0, 1))[: 2 * reach + 1, : 2 * reach + 1].abs()
     near[reach - 1 : reach + 2, reach - 1 : reach + 2] = 0

@@ -35,7 +35,11 @@ def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, floa
     found = {}
     for name, picture in targets(*study.pictures.sim.shape[1:]).items():
         pictures = type(study.pictures)(
-            picture[None], picture[None], torch.ones_like(picture[:1])[None], study.pictures.intrinsics, study.pictures.encoding
+            picture[None],
+            picture[None],
+            torch.ones_like(picture[:1])[None],
+            study.pictures.intrinsics,
+            study.pictures.encoding,
         )
         means = [pictures.predict(rival.values, [0]).mean for rival in rivals]
         found[name] = min(float((mean - means[0]).square().mean().sqrt()) * 255 for mean in means[1:])

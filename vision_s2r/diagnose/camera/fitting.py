@@ -1,6 +1,6 @@
 """Maximum likelihood of a set of effects' parameters: Gauss-Newton, from coarse pictures to fine ones."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,9 @@ class Target:
     variance: Tensor
     counted: Tensor  # [N, 1, H, W] bool
 
-    def residual(self, values: Values, units: Sequence[int], stages: Stages | None = None, keep: bool = False) -> Tensor:
+    def residual(
+        self, values: Values, units: Sequence[int], stages: Stages | None = None, keep: bool = False
+    ) -> Tensor:
         """Real less predicted [B, C, H, W]."""
         return self.pictures.real[list(units)] - self.pictures.predict(values, units, stages, keep).mean
 
@@ -123,7 +125,9 @@ def solve(equations: Normal, damping: float) -> np.ndarray:
     return np.linalg.solve(damped, equations.vector)
 
 
-def best_start(target: Target, values: Values, name: str, units: Sequence[int], candidates: Sequence[Mapping[str, float]]) -> Values:
+def best_start(
+    target: Target, values: Values, name: str, units: Sequence[int], candidates: Sequence[Mapping[str, float]]
+) -> Values:
     """`values` with that of the effect's candidates which is likeliest."""
     losses = [target.loss(dict(values) | {name: candidate}, units) for candidate in candidates]
     return dict(values) | {name: dict(candidates[int(np.argmin(losses))])}
@@ -142,20 +146,17 @@ def search_factor(target: Target, values: Values, units: Sequence[int]) -> tuple
             known[cells] = target.loss(at(cells), units)
         return known[cells]
 
-    best = min(max(round(width / values["low_resolution"]["factor"]), max(width // 16, 1) + 1), width - 1)
-    stride = max(round(best * 0.08), 1)
+    start = round(width / values["low_resolution"]["factor"])
+    # One frame finds the place, since the pattern of cells repeats in no other number of them; all of them settle it.
+    scan = range(max(round(start * 0.8), width // 16 + 1), min(round(start * 1.25), width - 1) + 1)
+    one = list(units)[:1]
+    best = min(scan, key=lambda cells: target.loss(at(cells), one), default=start)
     while True:
-        near = [cells for cells in (best - stride, best, best + stride) if max(width / 16, 2) <= cells < width]
+        near = [cells for cells in (best - 1, best, best + 1) if max(width / 16, 2) <= cells < width]
         new = min(near, key=loss)
-        if new != best:
-            best = new
-        elif stride > 1:
-            stride //= 2
-        else:
+        if new == best:
             return at(best), known[best]
-
-
-Starts = Callable[[str], Sequence[Mapping[str, float]]]
+        best = new
 
 
 def starts(name: str, width: int) -> list[dict[str, float]]:
@@ -164,7 +165,9 @@ def starts(name: str, width: int) -> list[dict[str, float]]:
         return [{"radius": radius} for radius in (0.8, 1.4, 2.4, 4.0, 7.0)]
     if name == "motion_blur":
         return [
-            {"length": length, "angle": angle} for length in (2.0, 5.0, 11.0) for angle in (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
+            {"length": length, "angle": angle}
+            for length in (2.0, 5.0, 11.0)
+            for angle in (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
         ]
     if name == "low_resolution":
         return [{"factor": factor} for factor in (1.15, 1.35, 1.6, 2.0, 2.6, 3.4, 4.5, 6.5)]

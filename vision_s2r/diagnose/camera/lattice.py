@@ -9,7 +9,6 @@ import torch
 from PIL import Image
 from torch import Tensor
 
-
 _SPREAD = 0.45  # standard deviation that rounding to whole pixels leaves around the lattice, in units of a coefficient
 _BLOCKS = 600  # looked at, at most
 _CERTAIN = 60.0  # nats

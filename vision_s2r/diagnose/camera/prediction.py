@@ -13,7 +13,6 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
-from vision_s2r.camera.colour import to_coded, to_linear
 from vision_s2r.camera.effect import CameraEffect, Encoding, Frame
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
@@ -30,7 +29,9 @@ FRONT = tuple(
 )
 
 Values = Mapping[str, Mapping[str, float]]
-Stages = dict[tuple[object, ...], tuple[Tensor, bool]]  # by the effects passed, the pictures, and whether they are light
+Stages = dict[
+    tuple[object, ...], tuple[Tensor, bool]
+]  # by the effects passed, the pictures, and whether they are light
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,9 @@ class Pictures:
             scale=self.scale / 2,
         )
 
-    def predict(self, values: Values, units: Sequence[int], stages: Stages | None = None, keep: bool = False) -> Prediction:
+    def predict(
+        self, values: Values, units: Sequence[int], stages: Stages | None = None, keep: bool = False
+    ) -> Prediction:
         """What these effects make of the simulator's pictures of `units`; JPEG where it is among them."""
         light = self.front(values, units, stages, keep)
         tail = Tail.of(values, self.encoding, self.sim.shape[1])
@@ -102,12 +105,13 @@ class Pictures:
                 pictures, light = stages[key]
                 continue
             if self.encoding == "srgb" and light != effect.linear_light:
-                pictures = to_linear(pictures) if effect.linear_light else to_coded(pictures)
+                pictures = linear(pictures) if effect.linear_light else coded(pictures)
             light = effect.linear_light
-            pictures = self._apply(effect, pictures, given).clamp(0, 1)
+            pictures = self._apply(effect, pictures, given)
             if keep and stages is not None:
                 stages[key] = pictures, light
-        return to_coded(pictures) if light and self.encoding == "srgb" else pictures
+        pictures = coded(pictures) if light and self.encoding == "srgb" else pictures
+        return pictures.clamp(0, 1)  # the sensor is full
 
     def seen(self, values: Values, units: Sequence[int]) -> Tensor:
         """Where [B, 1, H, W] (bool) a picture under these effects shows only what the simulator drew and meant."""
@@ -145,6 +149,21 @@ class Pictures:
         intrinsics = self.intrinsics.expand(count, 4)
         seeds = torch.zeros(count, dtype=torch.int64)
         return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")  # type: ignore[arg-type]
+
+
+def linear(pictures: Tensor) -> Tensor:
+    """Coded values to light, as `vision_s2r.camera.colour` has it, and beyond white and black as the curve goes on:
+
+    what is brighter than the sensor bears may still be darkened by a lens.
+    """
+    power = ((pictures.clamp(min=0.04045) + 0.055) / 1.055).log_().mul_(2.4).exp_()
+    return power.add_((pictures.clamp(max=0.04045) - 0.04045).div_(12.92))
+
+
+def coded(light: Tensor) -> Tensor:
+    """The inverse of `linear`."""
+    power = light.clamp(min=0.0031308).log_().mul_(1 / 2.4).exp_().mul_(1.055).sub_(0.055)
+    return power.add_((light.clamp(max=0.0031308) - 0.0031308).mul_(12.92))
 
 
 def encoded(pictures: Tensor, quality: float) -> Tensor:

@@ -66,7 +66,9 @@ def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, un
 
 def _bent(level: Pictures, values: Values, names: Sequence[str], units: Sequence[int]) -> Values:
     """The likeliest of several bends of the lens, each with the rest fitted a little."""
-    corner_squared = float(((level.sim.shape[-1] / 2 / level.intrinsics[0]) ** 2 + (level.sim.shape[-2] / 2 / level.intrinsics[1]) ** 2))
+    corner_squared = float(
+        (level.sim.shape[-1] / 2 / level.intrinsics[0]) ** 2 + (level.sim.shape[-2] / 2 / level.intrinsics[1]) ** 2
+    )
     ends = []
     for bend in (0.0, -0.12, 0.12):  # of the corner's radius
         trial = dict(values) | {"lens_distortion": {"k1": max(min(bend / corner_squared, 1.0), -1.0), "k2": 0.0}}
@@ -95,9 +97,7 @@ def add_blur(target: Target, values: Values, names: Collection[str], units: Sequ
     """With the blur that is likeliest beside the rest, if any is; then with a second one."""
     best, loss = values, target.loss(values, units)
     for _ in range(2):
-        rivals = [
-            fit_blur(target, best, name, units) for name in sorted(BLURS) if name in names and name not in best
-        ]
+        rivals = [fit_blur(target, best, name, units) for name in sorted(BLURS) if name in names and name not in best]
         if not rivals:
             break
         rival, rival_loss = min(rivals, key=lambda each: each[1])
@@ -125,7 +125,10 @@ def add_shadow(levels: Sequence[Pictures], values: Values, units: Sequence[int])
     ends = []
     candidates = starts("cast_shadow", width)
     losses = torch.tensor([target.loss(dict(values) | {"cast_shadow": each}, units) for each in candidates])
-    light = ["cast_shadow", *[name for name in ("uneven_illumination", "vignetting", "exposure", "gamma") if name in values]]
+    light = [
+        "cast_shadow",
+        *[name for name in ("uneven_illumination", "vignetting", "exposure", "gamma") if name in values],
+    ]
     for k in losses.argsort()[:3].tolist():
         ends.append(gauss_newton(target, dict(values) | {"cast_shadow": candidates[k]}, light, units, 8))
     shadowed, after = min(ends, key=lambda end: end[1])
@@ -134,9 +137,7 @@ def add_shadow(levels: Sequence[Pictures], values: Values, units: Sequence[int])
 
 def interpolation_softness(pictures: Pictures, values: Values, units: Sequence[int]) -> float:
     """The kernel of the recording's warps on the line from bicubic (0) to bilinear (1), or beyond: sharper than both."""
-    sharp, flat = (
-        replace(pictures, softness=softness).predict(values, units).mean for softness in (0.0, 1.0)
-    )
+    sharp, flat = (replace(pictures, softness=softness).predict(values, units).mean for softness in (0.0, 1.0))
     change = flat - sharp
     residual = pictures.real[list(units)] - sharp
     weight = pictures.seen(values, units).float() / ((2 / 255) ** 2 + residual.square())

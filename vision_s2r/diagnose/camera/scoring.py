@@ -1,5 +1,6 @@
 """How well a hypothesis predicts each frame: likelihood by blocks, excess over the noise, and the gap's metric."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +11,9 @@ from torch import Tensor
 from vision_s2r.diagnose.camera.fitting import FREEDOM
 from vision_s2r.diagnose.camera.weighing import NoiseModel
 
-BLOCK = 8  # px
+BLOCK = 8  # px: within it residuals depend on each other
+_PRICE = 0.05  # excess over the floor that flexible unknowns must take away before they say anything
+_CELLS = 4  # along each axis, that a frame's likelihood is divided into
 
 
 @dataclass(frozen=True)
@@ -60,8 +63,18 @@ def mismatch(yardstick: Yardstick, predicted: Tensor, units: list[int]) -> Tenso
     return (predicted.sqrt() - yardstick.measured[units].sqrt()).square()
 
 
-def score(yardstick: Yardstick, residual: Tensor, predicted: Tensor, units: list[int], outliers: float = 0.0) -> list[Score]:
-    """The frames `units`, whose residuals [B, C, H, W] and predicted noise are given."""
+def score(
+    yardstick: Yardstick,
+    residual: Tensor,
+    predicted: Tensor,
+    units: list[int],
+    outliers: float = 0.0,
+    flexible: bool = False,
+) -> list[Score]:
+    """The frames `units`, whose residuals [B, C, H, W] and predicted noise are given.
+
+    A `flexible` prediction pays for what it makes up of a simulator's own tolerance.
+    """
     counted = yardstick.counted[units].float()
     tolerance = yardstick.tolerance[units]
     variance = predicted + tolerance
@@ -71,14 +84,16 @@ def score(yardstick: Yardstick, residual: Tensor, predicted: Tensor, units: list
     if outliers:
         density = torch.logaddexp(density + np.log1p(-outliers), torch.full_like(density, np.log(outliers)))
         squared = torch.minimum(squared, floor * torch.where(squared > 16 * floor, 1.0, 16.0))
+    if flexible:
+        density = density - _PRICE / 2
     differing = mismatch(yardstick, predicted, units)
-    blocks = _block_sums((density * counted).sum(1, keepdim=True)) / yardstick.temper
+    nats = (density * counted).sum(1, keepdim=True) / yardstick.temper
+    height, width = (math.ceil(size / _CELLS) for size in nats.shape[-2:])
+    blocks = F.avg_pool2d(nats, (height, width), ceil_mode=True, divisor_override=1)
     pixels = counted.sum((1, 2, 3)).clamp(min=1) * residual.shape[1]
     excess = (((squared + differing) / floor) * counted).sum((1, 2, 3)) / pixels
     error = ((squared + differing) * counted).sum((1, 2, 3)) / pixels * 255**2
-    return [
-        Score(blocks[k].flatten().double().numpy(), float(excess[k]), float(error[k])) for k in range(len(units))
-    ]
+    return [Score(blocks[k].flatten().double().numpy(), float(excess[k]), float(error[k])) for k in range(len(units))]
 
 
 def temper(residual: Tensor, variance: Tensor, counted: Tensor) -> float:
@@ -89,7 +104,9 @@ def temper(residual: Tensor, variance: Tensor, counted: Tensor) -> float:
     whole = counts > 0.5 * BLOCK * BLOCK
     if not whole.any():
         return 2.0
-    inflation = (sums[whole].square() / counts[whole]).mean() / (scaled.square().sum() / (counted.sum() * residual.shape[1]))
+    inflation = (sums[whole].square() / counts[whole]).mean() / (
+        scaled.square().sum() / (counted.sum() * residual.shape[1])
+    )
     return min(max(float(inflation), 2.0), 64.0)
 
 

@@ -1,6 +1,6 @@
 """What a recording cannot show, and which effects pass for each other."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import torch
 
@@ -23,6 +23,15 @@ _RANGE = 0.08  # coded values that a tone curve must span to be told from an exp
 def twins(name: str) -> frozenset[str]:
     """Effects that are hard to tell from this one when it is weak."""
     return frozenset(twin for group in _TWINS if name in group for twin in group) - {name}
+
+
+def faint_blur(name: str, values: Mapping[str, float]) -> bool:
+    """Whether this is a blur no stronger than the difference of two interpolation kernels."""
+    limits = {"defocus_blur": ("radius", 0.72), "motion_blur": ("length", 1.1), "low_resolution": ("factor", 1.08)}
+    if name not in limits:
+        return False
+    key, limit = limits[name]
+    return values[key] < limit
 
 
 def silent(pictures: Pictures, names: Iterable[str]) -> dict[str, str]:

@@ -13,6 +13,7 @@ from vision_s2r.diagnose.camera.lattice import attenuation, jpeg_quality
 from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Pictures, Values, default_intrinsics
 from vision_s2r.diagnose.camera.reference import fit_reference, informative, interpolation_softness, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
+from vision_s2r.diagnose.camera.silence import faint_blur
 from vision_s2r.diagnose.camera.weighing import (
     IDENTITY,
     Attenuation,
@@ -66,16 +67,26 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     levels = pyramid(pictures)
     units = informative(pictures, _FRAMES)
     reference = fit_reference(levels, names, fixed, units)
-    pictures = replace(pictures, softness=interpolation_softness(pictures, reference, units))
-    yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
+    pictures = replace(pictures, softness=interpolation_softness(pictures, sharp(reference), units))
+    yardstick, _ = measure_noise(pictures, reference, jpeg, recording.bits)
     target = Target(pictures, yardstick.variance, yardstick.counted)
     links = chain(target, reference, units, list(fixed))
-    noises = noise_names(yardstick.noise, bins, links[-1][0], [name for name in NOISES if name in library and name not in silent])
+    reference = min(links, key=lambda link: link[1])[0]
+    yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
+    noises = noise_names(
+        yardstick.noise, bins, links[-1][0], [name for name in NOISES if name in library and name not in silent]
+    )
     proposals = [names | frozenset(noises) for names in needed(links)]
-    ranked = sorted(range(count), key=lambda unit: unit not in units)
     edges = detail(pictures.sim).mean((1, 2, 3))
     ranked = sorted(range(count), key=lambda unit: -float(edges[unit]))
     return Study(pictures, jpeg, silent, reference, [values for values, _ in links], yardstick, bins, ranked, proposals)
+
+
+def sharp(values: Values) -> Values:
+    """Without a blur so small that the kernel of a warp can be it."""
+    if not any(name in WARPS for name in values):
+        return values
+    return {name: value for name, value in values.items() if not faint_blur(name, value)}
 
 
 def open_pictures(recording: CameraRecording) -> Pictures:
@@ -129,7 +140,9 @@ def measure_noise(
     return Yardstick(noise, measured, tolerance, counted, temper(residual, variance, counted)), bins
 
 
-def _edge_error(residual: torch.Tensor, mean: torch.Tensor, measured: torch.Tensor, counted: torch.Tensor, warped: bool) -> float:
+def _edge_error(
+    residual: torch.Tensor, mean: torch.Tensor, measured: torch.Tensor, counted: torch.Tensor, warped: bool
+) -> float:
     """The standard deviation of what is wrong at edges, in units of their height."""
     fine = detail(mean)
     busy = counted & (fine > 8 / 255)

@@ -76,7 +76,11 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool) -> Noi
     shape = (count, channels, BINS)
     if white:
         squared = torch.minimum(squared, _ceiling(squared, index, flat))
-    slot = index + torch.arange(channels)[:, None, None] * BINS + torch.arange(count)[:, None, None, None] * channels * BINS
+    slot = (
+        index
+        + torch.arange(channels)[:, None, None] * BINS
+        + torch.arange(count)[:, None, None, None] * channels * BINS
+    )
     chosen = flat.expand_as(slot)
     at = slot[chosen]
     total = count * channels * BINS
@@ -126,7 +130,9 @@ class NoiseModel:
         )
         return self.attenuation(interpolated + self.base) + self.rounding
 
-    def fit(self, values: Values, names: Sequence[str], bins: NoiseBins, units: Sequence[int]) -> dict[str, dict[str, float]]:
+    def fit(
+        self, values: Values, names: Sequence[str], bins: NoiseBins, units: Sequence[int]
+    ) -> dict[str, dict[str, float]]:
         """The read and shot noise of `names` that the measured noise speaks for, beside the rest of `values`."""
         variance, counts = bins.variance(units)
         usable = np.isfinite(variance) & (variance > 0)
@@ -153,7 +159,7 @@ class NoiseModel:
         best = None
         for start in ([np.log(0.01), np.log(0.03)], [np.log(0.04), np.log(0.12)]):
             point = np.array([start[0] if name == "read_noise" else start[1] for name in names])
-            found = least_squares(residual, point, bounds=(low, high), loss="soft_l1", f_scale=3.0, max_nfev=25)
+            found = least_squares(residual, point, bounds=(low, high), diff_step=0.01, loss="soft_l1", f_scale=3.0)
             if best is None or found.cost < best.cost:
                 best = found
         assert best is not None
