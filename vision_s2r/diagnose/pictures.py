@@ -35,7 +35,7 @@ def show(recording: CameraRecording, frame: int, effects: Values, seed: int = 0)
     camera = Camera(encoding=recording.encoding)
     height, width = recording.sim.shape[1:3]
     margin = ceil(MARGIN * max(height, width)) if any(name in effects for name in WARPS) else 0
-    sim = torch.from_numpy(np.ascontiguousarray(recording.sim[frame])).permute(2, 0, 1)[None]
+    sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
     canvas = F.pad(sim, (margin,) * 4, mode="replicate")
     intrinsics = None
     if recording.intrinsics is not None:

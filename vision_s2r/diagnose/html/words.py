@@ -1,0 +1,101 @@
+"""A report in words: the verdict as a sentence, numbers with as many digits as they deserve."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+def verdict(report: Mapping[str, Any]) -> str:
+    """The whole report in two sentences."""
+    gap = report["gap"]
+    before, after, floor = (f"{number(gap[key])} {gap['unit']}" for key in ("before", "after", "floor"))
+    if report["verdict"] == "no_gap":
+        return f"Simulator and recording agree: {before} between them is no more than measurement noise ({floor})."
+    if report["verdict"] == "unexplained":
+        resembles = report["unexplained"].get("resembles", [])
+        hint = f" It looks like {listed(resembles)}." if resembles else ""
+        return (
+            f"There is a gap of {before}, {number(floor_ratio(gap))} times measurement noise, that no known effect or "
+            f"set of them explains.{hint}"
+        )
+    shrink = f"{percent(gap['shrink'])} ({interval_percent(gap['shrink_ci'])}) of what exceeds measurement noise"
+    text = f"{causes(report)} With that, the gap shrinks from {before} to {after}: {shrink}."
+    if report["verdict"] == "partly_explained":
+        rest = report["unexplained"]
+        hint = f", like {listed(rest['resembles'])}" if rest.get("resembles") else ""
+        text += f" A rest of {percent(rest['share'])} is real and has another cause{hint}."
+    return text
+
+
+def causes(report: Mapping[str, Any]) -> str:
+    """Which nominal values are wrong, and which effects the simulator lacks."""
+    wrong = [each for each in report["effects"] if each["source"] == "dynamics"]
+    lacking = [each for each in report["effects"] if each["source"] != "dynamics"]
+    parts = []
+    if wrong:
+        are = "is" if len(wrong) == 1 else "are"
+        parts.append(f"its {listed([parameters(each) for each in wrong])} {are} not what the simulator believes")
+    if lacking:
+        parts.append(f"it has {listed([parameters(each) for each in lacking])}, which the simulator lacks")
+    return f"The real {report['kind']} differs: {', and '.join(parts)}."
+
+
+def parameters(effect: Mapping[str, Any]) -> str:
+    """`backlash (0.031 rad)`, `lens distortion (k1 −0.15, k2 0.036)`."""
+    given = effect["parameters"]
+    shown = [
+        f"{'' if len(given) == 1 else name.replace('_', ' ') + ' '}{measured(each)}".strip()
+        for name, each in given.items()
+    ]
+    return f"{effect['name'].replace('_', ' ')} ({', '.join(shown)})"
+
+
+def measured(parameter: Mapping[str, Any]) -> str:
+    """A parameter's value with its unit, in the digits that its interval leaves."""
+    unit = f" {parameter['unit']}" if parameter["unit"] else ""
+    return f"{rounded(parameter['value'], parameter['ci'])}{unit}"
+
+
+def rounded(value: float, interval: Sequence[float]) -> str:
+    """`value` in the digits that its interval leaves: two of its width."""
+    width = abs(interval[1] - interval[0])
+    if not 0 < width < math.inf:
+        return number(value)
+    return signed(f"{value:.{min(max(1 - math.floor(math.log10(width)), 0), 9)}f}")
+
+
+def interval(parameter: Mapping[str, Any]) -> str:
+    """95 % interval of a parameter."""
+    return " to ".join(rounded(end, parameter["ci"]) for end in parameter["ci"])
+
+
+def number(value: float) -> str:
+    """Three significant digits."""
+    return signed(f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}")
+
+
+def signed(text: str) -> str:
+    """With a minus sign that is one."""
+    return text.replace("-", "−")
+
+
+def percent(share: float) -> str:
+    """A share of 1 in per cent, with a decimal where it is close to all or nothing."""
+    value = 100 * share
+    text = f"{value:.0f}" if 5 <= abs(value) <= 95 else f"{value:.1f}".removesuffix(".0")
+    return signed(f"{text} %").replace("−0 %", "0 %")
+
+
+def interval_percent(ends: Sequence[float]) -> str:
+    """An interval of shares in per cent."""
+    return " to ".join(percent(end) for end in ends)
+
+
+def floor_ratio(gap: Mapping[str, Any]) -> float:
+    """The gap in units of measurement noise."""
+    return gap["before"] / gap["floor"] if gap["floor"] else math.inf
+
+
+def listed(items: Sequence[str]) -> str:
+    """`a, b and c`."""
+    return " and ".join([", ".join(items[:-1]), items[-1]] if len(items) > 1 else items)
