@@ -210,3 +210,11 @@ def test_tables_add_their_torque():
         np.r_[pack(NOMINAL, {}), np.full(3, -0.03)][None], command[None], np.zeros((1, 2)), DT, tables=flat
     )
     np.testing.assert_allclose(biased[0, 0], run({"bias_torque": {"value": 0.03}}, command), atol=1e-12)
+
+
+def test_gravity_is_a_sine_at_any_angle():
+    angles = np.linspace(-1000, 1000, 4001)
+    first = np.stack([angles, np.zeros(len(angles))], axis=1)
+    machine = pack(FRICTIONLESS, {"gravity_torque": {"value": J}})[None]
+    states = simulate(machine, np.zeros((len(angles), 2)), first, 1e-3)[0]
+    np.testing.assert_allclose(states[:, 1, 1], -1e-3 * np.sin(angles), atol=1e-15)

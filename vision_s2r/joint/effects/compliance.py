@@ -35,34 +35,39 @@ def spring_response(
     velocity, load velocity, twist, motor torque, load torque before. The matrix exponential by scaling and squaring.
     """
     rate = np.zeros((6, 6))  # of motor velocity, load velocity, twist, load position, the two torques
-    rate[0, 0], rate[0, 1], rate[0, 2], rate[0, 4] = -motor_damping - damping, damping, -stiffness, 1.0
-    rate[1, 0], rate[1, 1], rate[1, 2], rate[1, 5] = damping, -damping, stiffness, 1.0
-    rate[:2] /= inertia
+    rate[0, 0], rate[0, 1], rate[0, 2] = -(motor_damping + damping) / inertia, damping / inertia, -stiffness / inertia
+    rate[1, 0], rate[1, 1], rate[1, 2] = damping / inertia, -damping / inertia, stiffness / inertia
+    rate[0, 4] = rate[1, 5] = 1 / inertia
     rate[2, 0], rate[2, 1], rate[3, 1] = 1.0, -1.0, 1.0
-    norm = time * np.abs(rate).sum(axis=1).max()
-    halvings = max(0, math.ceil(math.log2(max(norm, 1e-300))) + 3)
-    scaled = rate * (time / 2.0**halvings)
-    total, term = np.eye(6), np.eye(6)
+    norm = time * (2 + (motor_damping + 2 * damping + stiffness + 1) / inertia)  # or more than it
+    halvings = max(0, math.ceil(math.log2(norm)) + 3)
+    scale = time / 2.0**halvings
+    total, term, product = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
+    for i in range(6):
+        total[i, i] = term[i, i] = 1.0
     for k in range(1, 10):  # norm ≤ 1/8: the tenth term is below the last bit
-        term = _product(term, scaled) / k
-        total += term
+        _multiply(term, rate, scale / k, product)
+        term, product = product, term
+        for i in range(6):
+            for j in range(6):
+                total[i, j] += term[i, j]
     for _ in range(halvings):
-        total = _product(total, total)
+        _multiply(total, total, 1.0, product)
+        total, product = product, total
     for row in range(4):
-        for column in range(3):
-            out[row, column] = total[row, column]
-        out[row, 3], out[row, 4] = total[row, 4], total[row, 5]
+        for column in range(5):
+            out[row, column] = total[row, column if column < 3 else column + 1]
 
 
 @compiled
-def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Of 6 x 6 matrices, in plain loops: a BLAS call costs more."""
-    out = np.zeros((6, 6))
+def _multiply(a: np.ndarray, b: np.ndarray, scale: float, out: np.ndarray) -> None:
+    """scale·a·b of 6 x 6 matrices, in plain loops: a BLAS call costs more."""
     for i in range(6):
-        for k in range(6):
-            for j in range(6):
-                out[i, j] += a[i, k] * b[k, j]
-    return out
+        for j in range(6):
+            entry = 0.0
+            for k in range(6):
+                entry += a[i, k] * b[k, j]
+            out[i, j] = scale * entry
 
 
 @compiled
