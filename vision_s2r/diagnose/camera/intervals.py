@@ -11,14 +11,14 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.camera.coordinates import CHARTS, pack, unpack
 from vision_s2r.diagnose.camera.elimination import neutral_point
 from vision_s2r.diagnose.camera.fitting import Target, columns, normal
-from vision_s2r.diagnose.camera.prediction import NOISES, Stages, Values
+from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, Values
 
 if TYPE_CHECKING:
     from vision_s2r.diagnose.camera.study import Study
 
 _GROUPS = 4  # of frames, compared with each other
 _TOLERANCE = 0.006  # of a parameter's distance from neutral: what the definitions of two simulators differ by
-_LEAST = 0.05  # of a coordinate's step: the same, of an effect that is almost neutral
+_LEAST, _KERNEL = 0.05, 0.12  # of a coordinate's step: the same, of an effect that is almost neutral; of a warp
 
 
 @dataclass(frozen=True)
@@ -54,9 +54,10 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             at += size
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name])) / steps[own]
+            least = _KERNEL if name in WARPS and target.pictures.softness else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between) / max(np.linalg.norm(departure), 1e-9))
-            half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), _LEAST)) * steps[own]
+            half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
             intervals[name] = _outward(name, values, point, half * stats.t.ppf(0.975, max(count - 1, 1)))
     for name in values:
         if name in NOISES:

@@ -10,7 +10,7 @@ from vision_s2r.diagnose.camera import silence
 from vision_s2r.diagnose.camera.elimination import chain, needed
 from vision_s2r.diagnose.camera.fitting import Target
 from vision_s2r.diagnose.camera.lattice import attenuation, jpeg_quality
-from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Pictures, Values, default_intrinsics
+from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, Values, default_intrinsics
 from vision_s2r.diagnose.camera.reference import fit_reference, informative, interpolation_softness, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
 from vision_s2r.diagnose.camera.silence import faint_blur
@@ -30,7 +30,7 @@ from vision_s2r.recording import CameraRecording
 _FRAMES = 4  # of the reference fit
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _QUIET_EDGES = 0.03  # what a simulator without warps gets wrong, of an edge's height …
-_WARPED_EDGES = 0.2  # … and at most with one
+_BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
 
 
 @dataclass(frozen=True)
@@ -134,23 +134,24 @@ def measure_noise(
     base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, every, rounding)
     noise = NoiseModel(base, rounding, through, pictures.encoding)
     measured = spread_map(bins, mean, noise.quiet)
-    edge = _edge_error(residual, mean, measured, counted, any(name in WARPS for name in reference))
+    edge = _edge_error(residual, mean, measured, counted, reference)
     tolerance = (edge * detail(mean)).square()
     variance = measured + tolerance
     return Yardstick(noise, measured, tolerance, counted, temper(residual, variance, counted)), bins
 
 
 def _edge_error(
-    residual: torch.Tensor, mean: torch.Tensor, measured: torch.Tensor, counted: torch.Tensor, warped: bool
+    residual: torch.Tensor, mean: torch.Tensor, measured: torch.Tensor, counted: torch.Tensor, reference: Values
 ) -> float:
     """The standard deviation of what is wrong at edges, in units of their height."""
     fine = detail(mean)
     busy = counted & (fine > 8 / 255)
-    if not warped or not busy.any():
+    moved = any(name in WARPS for name in reference)
+    if not busy.any() or not (moved or any(name in BLURS for name in reference)):
         return _QUIET_EDGES
     over = ((residual.square() - measured) / fine.square()).mean(1, keepdim=True)[busy]
     typical = float(over.clamp(-0.1, 0.1).mean())
-    return min(max(typical, _QUIET_EDGES**2), _WARPED_EDGES**2) ** 0.5
+    return min(max(typical, _QUIET_EDGES**2), (_WARPED_EDGES if moved else _BLURRED_EDGES) ** 2) ** 0.5
 
 
 def noise_names(noise: NoiseModel, bins: NoiseBins, values: Values, names: Sequence[str]) -> list[str]:
