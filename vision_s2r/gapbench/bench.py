@@ -1,6 +1,7 @@
 """The stages of the benchmark, in their order."""
 
 from vision_s2r.gapbench.config import GapbenchConfig, check
+from vision_s2r.gapbench.judge.judge import judge
 from vision_s2r.gapbench.seal.seal import seal
 
 
@@ -9,3 +10,5 @@ def bench(cfg: GapbenchConfig) -> None:
     check(cfg)
     if cfg.stage in ("seal", "all"):
         seal(cfg)
+    if cfg.stage in ("judge", "all"):
+        judge(cfg)

@@ -5,7 +5,7 @@ sensor, everything else equal; in pairs and triples each effect does, beside the
 """
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +31,7 @@ NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be nam
 MODELLED = tuple(DYNAMICS)
 
 
-class Redraw(Exception):
+class Redraw(Exception):  # noqa: N818  (a signal, no error)
     """What was drawn does not make a machine of its case: draw again."""
 
 
@@ -341,7 +341,8 @@ def _recorded(setting: Setting, truth: Truth, answer: Answer, rng: np.random.Gen
             k: float(v) for k, v in truth.drive._asdict().items() if v != Drive._field_defaults.get(k)
         },
     }
-    answer = replace(answer, notes=tell, **_gap(setting, truth, answer, measured, shown, commands))
+    severity, shrink = _gap(setting, truth, answer, measured, shown, commands)
+    answer = replace(answer, severity=severity, shrink=shrink, notes=tell)
     return Machine(answer, lambda folder: _write(folder, setting.nominal, commands, measured))
 
 
@@ -352,7 +353,7 @@ def _gap(
     measured: np.ndarray,
     shown: np.ndarray,
     commands: np.ndarray,
-) -> Mapping[str, float | None]:
+) -> tuple[float, float | None]:
     """How severe the gap is, and the share of it (beyond noise) that the effects of the answer remove."""
 
     def distance(motion: np.ndarray) -> float:
@@ -367,7 +368,7 @@ def _gap(
             replay(truth.drive if not answer.unknown else _known_part(setting, answer), commands, first)
         )
         shrink = (before - after) / (before - floor)
-    return {"severity": before / floor, "shrink": shrink}
+    return before / floor, shrink
 
 
 def _known_part(setting: Setting, answer: Answer) -> Drive:

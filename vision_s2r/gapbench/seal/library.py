@@ -136,11 +136,11 @@ DYNAMICS = {
 }
 ACTUATOR = {
     "stribeck_friction": KnownEffect(
-        _stribeck, {"static": "static", "velocity": "stribeck_velocity"}, ("velocity", "reversal")
+        _stribeck, {"static": "static", "velocity": "stribeck_velocity"}, ("velocity", "reversal", "rest")
     ),
     "load_dependent_friction": KnownEffect(_load_friction, {"coefficient": "load_friction"}),
-    "backlash": KnownEffect(_backlash, {"width": "width"}, ("velocity", "reversal")),
-    "torque_saturation": KnownEffect(_saturation, {"limit": "limit"}, ("torque",)),
+    "backlash": KnownEffect(_backlash, {"width": "width"}, ("velocity", "reversal", "rest")),
+    "torque_saturation": KnownEffect(_saturation, {"limit": "limit"}, ("torque", "velocity")),
     "torque_speed_limit": KnownEffect(
         _torque_speed, {"stall": "stall", "no_load_speed": "no_load_speed"}, ("torque", "velocity")
     ),
@@ -149,7 +149,7 @@ ACTUATOR = {
     "cogging": KnownEffect(_cogging, {"amplitude": "cogging", "teeth": "teeth"}, ("position",)),
     "thermal_drift": KnownEffect(_thermal, {"rate": "thermal_rate"}, ("time",)),
     "asymmetric_friction": KnownEffect(
-        _asymmetric, {"viscous": "viscous_asymmetry", "coulomb": "coulomb_asymmetry"}, ("velocity",)
+        _asymmetric, {"viscous": "viscous_asymmetry", "coulomb": "coulomb_asymmetry"}, ("direction", "velocity")
     ),
     "compliance": KnownEffect(_compliance, {"stiffness": "stiffness", "damping": "spring_damping"}),
 }

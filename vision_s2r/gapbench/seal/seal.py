@@ -1,7 +1,8 @@
 """Seal a benchmark: recordings under meaningless names, commitments to the answers, and the answers apart.
 
     OUT/recordings/ID/     one recording each; all that a diagnosis may see
-    OUT/commitments.json   what was drawn, and for each ID the SHA-256 of its salt and answer
+    OUT/commitments.json   what was drawn, for each ID the SHA-256 of its salt and answer, and the effects that the
+                           diagnosis of some is to be told to forget
     OUT/sealed.json        the salts and answers: nothing reads it but the judge, at the end
 
 The same seed gives the same recordings, names and answers. Salts come from the system: the commitments tell nothing
@@ -52,7 +53,8 @@ def seal(cfg: GapbenchConfig) -> Path:
         out / "sealed.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers}
     )
     promised = {name: commitment(salts[name], answers[name]) for name in answers}
-    write_json(out / "commitments.json", {**drawn, "commitments": promised})
+    withheld = {name: answer["withhold"] for name, answer in answers.items() if answer["withhold"]}
+    write_json(out / "commitments.json", {**drawn, "commitments": promised, "withheld": withheld})
     return out
 
 

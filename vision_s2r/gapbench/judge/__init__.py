@@ -1,0 +1,1 @@
+"""The judge: diagnoses each sealed recording in a process of its own, then opens the answers and scores."""
