@@ -1,0 +1,219 @@
+"""Two sets of pictures without a scene in common as a case of the diagnosis."""
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+import torch
+
+from vision_s2r.camera import CAMERA_EFFECTS, CameraEffect
+from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
+from vision_s2r.diagnose.camera.coordinates import Optics
+from vision_s2r.diagnose.camera.lattice import jpeg_quality
+from vision_s2r.diagnose.case import Axis, Hypothesis, Names, Samples, Units
+from vision_s2r.diagnose.unpaired import space
+from vision_s2r.diagnose.unpaired.intervals import intervals
+from vision_s2r.diagnose.unpaired.reference import reference
+from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
+from vision_s2r.diagnose.unpaired.summary import GROUPS, Summary
+from vision_s2r.effects import Effect
+from vision_s2r.errors import UserError
+from vision_s2r.recording import CameraRecording
+
+DECOYS = {  # each moves the statistics of its group at will
+    "unknown tone": "a tone or colour that no exposure, gamma or white balance gives",
+    "unknown shading": "light over the picture that no vignetting or even gradient gives",
+    "unknown sharpness": "a spectrum that no known blur gives",
+    "unknown noise": "noise that depends on brightness or colour as no sensor's does",
+}
+_GROUP = dict(zip(("tone", "position", "spectrum", "noise"), DECOYS, strict=True))
+_LEAST_SEEN = 0.9  # of the simulator's pictures must mean a pixel for it to count
+_LEAST_REGION = 0.2  # of the pixels must count
+_MOST_PICTURES = 48  # of the simulator's that are used: more cost time and tell little
+
+
+class UnpairedCase:
+    """Two sets of pictures beside the camera's effects; units are the real pictures.
+
+    The gap is how far the statistics of a real picture lie from the mean of the simulator's set, root mean square, in
+    standard deviations between pictures (and of what no simulator gets right); about 1 where only the scenes differ.
+    """
+
+    kind = "camera"
+    effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
+    refitted: Names = frozenset()
+    metric = "statistics_distance"
+    unit = "–"
+    described = (
+        "statistics of each real picture (tones, light over the picture, spectrum, noise by brightness, the 8 px grid) "
+        "against their mean over the simulator's set, in standard deviations between pictures; the floor is how far "
+        "real pictures lie from each other's mean, for no two show the same scene"
+    )
+
+    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect]) -> None:
+        """Raises UserError where the simulator's pictures mean too little of what the camera sees."""
+        torch.set_num_threads(1)
+        self.library = library
+        self.units = len(recording)
+        height, width = recording.real.shape[1:3]
+        self._summary = Summary(height, width, recording.encoding, recording.grey, _region(recording))
+        self._real = self._summary(
+            torch.from_numpy(np.ascontiguousarray(recording.real)).permute(0, 3, 1, 2).contiguous()
+        )
+        self._groups = [each.group for each in self._summary.statistics]
+        self.decoys = {decoy: DECOYS[decoy] for decoy in _GROUP.values()}
+        self.silent = {name: why for name, why in space.SILENT.items() if name in library}
+        if recording.grey and "white_balance" in library:
+            self.silent["white_balance"] = "the pictures are grey"
+        found = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
+        self.certain = {"jpeg_compression": found[1]} if found else {}
+        fixed = {"jpeg_compression": {"quality": float(found[0])}} if found else {}
+        simulated = SimulatedSet(recording, self._summary, _MOST_PICTURES)
+        focal = DEFAULT_FOCAL_LENGTH * width if recording.intrinsics is None else float(recording.intrinsics[:2].mean())
+        worth = 1 / (1 / self.units + 1 / len(simulated))
+        names = frozenset(library) - frozenset(self.silent)
+        start = reference(
+            self._real, simulated, self._summary.statistics, Optics(width, height, focal), worth, fixed, names
+        )
+        self._fitter, self._proposed = start.fitter, start.proposed
+        self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+
+    def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""
+        key = (names, tuple(units))
+        if key not in self._fits:
+            target, free = self._real[list(units)].mean(0), self._free(names)
+            effects = names & frozenset(self.library)
+            whole = len(units) == self.units
+            values = self._fitter.fit(target, effects, free, start.values if start else {}, 6 if whole else 2)
+            offset = target - self._fitter.mean(values)
+            extra = {name: offset * self._free(frozenset({name})) for name in sorted(names & frozenset(self.decoys))}
+            self._fits[key] = Hypothesis({name: values[name] for name in sorted(values)}, extra)
+        return self._fits[key]
+
+    def loglik(self, hypothesis: Hypothesis, units: Units) -> list[np.ndarray]:
+        """Of each real picture, its log-likelihood [1] (nats).
+
+        Gaussian, between pictures; weakened by what the mean of the simulator's set itself is uncertain.
+        """
+        white = self._white(hypothesis, units)
+        weight = self._fitter.pictures / self.units
+        return [np.array([-0.5 * weight * float(row @ row)]) for row in white]
+
+    def excess(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        """Mean squared distance [units] from the simulator's mean, over that from the other real pictures, plus 1."""
+        return (
+            1
+            + (self._white(hypothesis, units) ** 2).mean(1)
+            - (self._fitter.scatter.whitened(self._own(units)) ** 2).mean(1)
+        )
+
+    def error(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        """Mean over the statistics of the squared distance [units] from the simulator's mean, in deviations."""
+        return ((self._differences(hypothesis, units) / self._fitter.scatter.deviation) ** 2).mean(1)
+
+    def floor(self, units: Units) -> np.ndarray:
+        """The same [units] from the mean of the other real pictures, which a perfect simulator would show."""
+        return ((self._own(units) / self._fitter.scatter.deviation) ** 2).mean(1)
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """Picture by picture and statistic by statistic."""
+        units = range(self.units)
+        deviation = self._fitter.scatter.deviation
+        error = (self._differences(hypothesis, units) / deviation) ** 2
+        floor = (self._own(units) / deviation) ** 2
+        count = len(deviation)
+        axes = [Axis("statistic", GROUPS, np.tile([GROUPS.index(group) for group in self._groups], self.units))]
+        for group in GROUPS[:-1]:
+            labels = tuple(each.label for each in self._summary.statistics if each.group == group)
+            bins = np.full(count, -1)
+            bins[[each == group for each in self._groups]] = np.arange(len(labels))
+            axes.append(Axis(group, labels, np.tile(bins, self.units)))
+        return Samples(error.ravel(), floor.ravel(), np.repeat(np.arange(self.units), count), tuple(axes))
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats adding each of these names to the hypothesis would gain, all units; cheap."""
+        target, free = self._real.mean(0), self._free(frozenset(hypothesis.extra))
+        return {name: self._gain(target, free, hypothesis, name) for name in names}
+
+    def _gain(self, target: np.ndarray, free: np.ndarray, hypothesis: Hypothesis, name: str) -> float:
+        if name in self.decoys:
+            difference = target - self._fitter.mean(hypothesis.values)
+            more = free | self._free(frozenset({name}))
+            return self._fitter.loss(difference, free) - self._fitter.loss(difference, more)
+        return self._fitter.gain(target, free, hypothesis.values, name)
+
+    def proposals(self) -> Sequence[Names]:
+        """What is left of a camera with every effect when those that hardly matter are taken out."""
+        return self._proposed
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """None."""
+        return []
+
+    def twins(self, name: str) -> Names:
+        """Effects known to be hard to tell from this one."""
+        alike = (group for group in space.TWINS if name in group)
+        return frozenset(other for group in alike for other in group if other in self.library) - {name}
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect, at these parameters, is smaller than this simulator's own tolerance."""
+        return name in hypothesis.values and space.negligible(name, hypothesis.values[name], self._fitter.optics.width)
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether a parameter sits at its bound."""
+        return name in hypothesis.values and space.at_bound(name, hypothesis.values[name])
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
+        return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
+
+    def experiment(self, rivals: Sequence[Hypothesis], silent: Sequence[str]) -> str:
+        """How many more pictures tell the rivals apart, and what pairs would show."""
+        advice = []
+        for rival in rivals[1:2]:
+            difference = self._fitter.mean(rivals[0].values) - self._fitter.mean(rival.values)
+            free = self._free(frozenset(rivals[0].extra) | frozenset(rival.extra))
+            nats = max(self._fitter.loss(difference, free) / self._fitter.pictures, 1e-3)  # a picture of each set
+            needed = int(np.ceil(2 * 16.0 / nats))
+            one, other = (", ".join(sorted(each.values)) or "none" for each in (rivals[0], rival))
+            advice.append(
+                f"To tell {one} from {other}: {max(needed, 2 * self.units)} pictures in each set"
+                + (", better of flat, evenly lit charts" if needed > 500 else "")
+                + "."
+            )
+        if silent:
+            advice.append(
+                f"To see {', '.join(silent)}: pairs, at least 16 scenes that the simulator renders from the "
+                "camera's own pose."
+            )
+        return " ".join(advice)
+
+    def _free(self, names: Names) -> np.ndarray:
+        """The statistics [K] (bool) that the decoys among these names move."""
+        return np.array([_GROUP.get(group) in names for group in self._groups])
+
+    def _differences(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        offset = sum((np.asarray(value) for value in hypothesis.extra.values()), np.zeros(len(self._groups)))
+        return self._real[list(units)] - self._fitter.mean(hypothesis.values) - offset
+
+    def _white(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
+        return self._fitter.scatter.whitened(self._differences(hypothesis, units))
+
+    def _own(self, units: Units) -> np.ndarray:
+        """Differences [units, K] from the mean of the other real pictures."""
+        whole = self._real.mean(0)
+        return (self._real[list(units)] - whole) * (self.units / (self.units - 1))
+
+
+def _region(recording: CameraRecording) -> np.ndarray | None:
+    """The pixels [H, W] that the simulator's pictures mean, by and large; UserError where they are too few."""
+    if recording.mask is None:
+        return None
+    region = recording.mask.mean(0) >= _LEAST_SEEN
+    if region.mean() < _LEAST_REGION:
+        raise UserError(
+            f"mask/: only {region.mean():.0%} of the pixels are meant in {_LEAST_SEEN:.0%} of sim/, "
+            f"expected {_LEAST_REGION:.0%} of an unpaired recording"
+        )
+    return region

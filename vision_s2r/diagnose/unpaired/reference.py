@@ -1,0 +1,97 @@
+"""A camera with every effect, fitted first: near it the scatter of the statistics is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.diagnose.camera.coordinates import Optics
+from vision_s2r.diagnose.case import Names
+from vision_s2r.diagnose.unpaired.fitting import Fitter
+from vision_s2r.diagnose.unpaired.scatter import scatter, tolerance
+from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
+from vision_s2r.diagnose.unpaired.space import Values, negligible, smooth
+from vision_s2r.diagnose.unpaired.summary import Statistic
+
+_WORTH = 4.0  # nats below which an effect drops out
+_BLURS = ("low_resolution", "defocus_blur", "motion_blur")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What all later fits are made with, and the sets of effects that it suggests."""
+
+    fitter: Fitter
+    proposed: list[Names]
+
+
+def reference(
+    real: np.ndarray,
+    simulated: SimulatedSet,
+    statistics: tuple[Statistic, ...],
+    optics: Optics,
+    worth: float,
+    fixed: Values,
+    names: Names,
+) -> Reference:
+    """From the statistics of the real pictures [N, K] and the effects that may be named."""
+    target = real.mean(0)
+    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, {})
+    values = _everything(fitter, target, names)
+    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, values)
+    return Reference(fitter, _eliminated(fitter, target, values))
+
+
+def _fitter(
+    real: np.ndarray,
+    simulated: SimulatedSet,
+    statistics: tuple[Statistic, ...],
+    optics: Optics,
+    worth: float,
+    fixed: Values,
+    values: Values,
+) -> Fitter:
+    taken = simulated.statistics(values)
+    shift = real.mean(0) - simulated.statistics({}).mean(0)
+    base = simulated.base_noise_slope(values)
+    wrong = np.diag(tolerance(statistics, shift)) + np.outer(base, base)
+    return Fitter(simulated, scatter(real, taken, wrong), optics, worth, fixed)
+
+
+def _everything(fitter: Fitter, target: np.ndarray, names: Names) -> dict[str, dict[str, float]]:
+    """All smooth effects, then noise and the likeliest blur where they bring anything."""
+    free = np.zeros(len(target), dtype=bool)
+    chosen = [name for name in names if smooth(name)]
+    values = fitter.fit(target, chosen + list(fitter.fixed), free, {}, 3)
+    for rivals in (("read_noise",), ("shot_noise",), _BLURS):
+        gains = {name: fitter.gain(target, free, values, name) for name in rivals if name in names}
+        best = max(gains, key=lambda name: gains[name], default="")
+        if best and gains[best] > _WORTH:
+            values = fitter.fit(target, [*values, best], free, values, 3)
+    return values
+
+
+def _eliminated(fitter: Fitter, target: np.ndarray, values: Values) -> list[Names]:
+    """The effects that matter when one by one the least worthy leaves, the others making up for it as far as they can.
+
+    To first order: what an effect does is what losing it alone would change.
+    """
+    free = np.zeros(len(target), dtype=bool)
+    kept = {
+        name for name in values if name not in fitter.fixed and not negligible(name, values[name], fitter.optics.width)
+    }
+    lost, slopes = fitter.effects(values, sorted(kept))
+
+    def loss(names: set[str]) -> float:
+        away = sum((lost[name] for name in kept - names), fitter.rest((target - fitter.mean(values))[None], free)[0])
+        columns = np.concatenate([slopes[name] for name in sorted(names)] or [np.zeros((len(away), 1))], axis=1)
+        left = away - columns @ np.linalg.lstsq(columns, away, rcond=1e-6)[0]
+        return 0.5 * fitter.pictures * float(left @ left)
+
+    names = set(kept)
+    while names:
+        losses = {name: loss(names - {name}) for name in sorted(names)}
+        weakest = min(losses, key=lambda name: losses[name])
+        if losses[weakest] > loss(names) + _WORTH:
+            break
+        names.remove(weakest)
+    return [frozenset(names) | frozenset(fitter.fixed)] if names else []

@@ -1,0 +1,74 @@
+"""The simulator's set of pictures as a camera would take it, and the statistics that it then has."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.camera.effects.jpeg_compression import libjpeg
+from vision_s2r.diagnose.unpaired.summary import Summary
+from vision_s2r.recording import CameraRecording
+
+Values = Mapping[str, Mapping[str, float]]
+BASE_NOISE = 0.5 / 255  # that any camera has, of coded values; no effect
+BASE_RANGE = (0.35 / 255, 0.65 / 255)  # what it may be instead
+KEPT = 4000  # predictions remembered
+
+
+class SimulatedSet:
+    """`sim/` of a recording: its statistics under any effects, the same noise every time.
+
+    Thread-safe: two threads at most compute a prediction twice.
+    """
+
+    def __init__(self, recording: CameraRecording, summary: Summary, most: int) -> None:
+        """Of at most `most` of its pictures, evenly chosen."""
+        self._summary = summary
+        chosen = np.linspace(0, len(recording.sim) - 1, min(len(recording.sim), most)).round().astype(int)
+        self._pictures = torch.from_numpy(recording.sim[chosen]).permute(0, 3, 1, 2).contiguous()
+        self._camera = Camera(encoding=recording.encoding)
+        self._full = 2.0**recording.bits - 1
+        self._grey = recording.grey
+        intrinsics = recording.intrinsics
+        self._intrinsics = None if intrinsics is None else torch.from_numpy(intrinsics).expand(len(self), 4)
+        generator = torch.Generator().manual_seed(0)
+        self._noise = torch.randn(self._pictures.shape, generator=generator)
+        if self._grey:
+            self._noise = self._noise[:, :1].expand_as(self._noise)
+        self._known: dict[tuple[object, ...], np.ndarray] = {}
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def statistics(self, values: Values, pictures: Sequence[int] | None = None) -> np.ndarray:
+        """Statistics [B, K] of these of the simulator's pictures (all unless given) under effects."""
+        chosen = tuple(range(len(self)) if pictures is None else pictures)
+        key = (chosen, *sorted((name, *given.items()) for name, given in values.items()))
+        if key not in self._known:
+            if len(self._known) >= KEPT:
+                self._known.pop(next(iter(self._known)), None)
+            self._known[key] = self._summary(self.taken(values, chosen))
+        return self._known[key]
+
+    def base_noise_slope(self, values: Values) -> np.ndarray:
+        """Change of the mean statistics [K] between two levels of noise that any camera may have."""
+        everything = range(len(self))
+        less, more = (self._summary(self.taken(values, everything, level)) for level in BASE_RANGE)
+        return (more - less).mean(0) / 2
+
+    @torch.no_grad()
+    def taken(self, values: Values, pictures: Sequence[int], base: float = BASE_NOISE) -> Tensor:
+        """The pictures [B, 3, H, W] that a camera with these effects takes, rounded as the recording's are."""
+        chosen = list(pictures)
+        before = {name: given for name, given in values.items() if name != "jpeg_compression"}
+        parameters = CameraParameters.of(before, len(chosen), torch.tensor(chosen))
+        intrinsics = None if self._intrinsics is None else self._intrinsics[chosen]
+        seen = self._camera(self._pictures[chosen], parameters, intrinsics=intrinsics)
+        if self._grey:
+            seen = seen[:, :1].expand_as(seen)  # the noise of one channel, not of three
+        coded = ((seen + base * self._noise[chosen]).clamp(0, 1) * self._full).round() / self._full
+        if "jpeg_compression" not in values:
+            return coded
+        return libjpeg(coded, torch.full((len(chosen),), values["jpeg_compression"]["quality"]))
