@@ -109,10 +109,16 @@ def advance(
     step. Returns the distance, the velocity and the time used. A joint at rest stays there all the step if friction
     can hold it.
     """
-    direction = direction_of(velocity, torque)
-    net = torque - direction * dry(machine, direction, weight, motor)
-    if velocity == 0 and (abs(torque) <= dry(machine, direction, 1.0, motor) or direction * net <= 0):
-        return 0.0, 0.0, step
+    # What both directions would be like, for the processor to begin with before it knows the velocity's sign.
+    net_ahead = torque - dry(machine, 1.0, weight, motor)
+    net_back = torque + dry(machine, -1.0, weight, motor)
+    if velocity == 0:
+        direction = direction_of(velocity, torque)
+        if abs(torque) <= dry(machine, direction, 1.0, motor) or (net_ahead <= 0 <= net_back):
+            return 0.0, 0.0, step
+    else:
+        direction = 1.0 if velocity > 0 else -1.0
+    net = net_ahead if direction > 0 else net_back
     damping, (e, g, a, b) = ahead if direction > 0 else back
     if not whole:
         e, g, a, b = response(damping, inertia, step)
