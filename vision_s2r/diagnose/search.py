@@ -89,17 +89,17 @@ class Search:
         return max([found, *self._assessor.assess(swaps)], key=lambda assessment: assessment.score)
 
     def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
-        """Without those of the doubtful names that are not worth their name beside the others."""
+        """Without those of the doubtful names that are not worth their name beside the others.
+
+        The one that the fit misses least is held out; where that is worth its name, so are the others.
+        """
         while removable := sorted(found.names & doubtful):
-            without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in removable])
-            idle = [
-                less
-                for name, less in zip(removable, without, strict=True)
-                if not self._assessor.worth(found, less) or self._case.negligible(found.hypothesis, name)
-            ]
-            if not idle:
+            slight = [name for name in removable if self._case.negligible(found.hypothesis, name)]
+            scores = self._assessor.fit((found.names - {name}, found.hypothesis) for name in (slight or removable))
+            least = self._assessor.one(max(scores, key=lambda names: scores[names]))
+            if not slight and self._assessor.worth(found, least):
                 break
-            found = max(idle, key=lambda less: less.score)
+            found = least
         return found
 
     def _challenge(self, named: Assessment, base: Assessment) -> Assessment:

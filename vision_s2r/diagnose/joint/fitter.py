@@ -147,13 +147,13 @@ class Fitter:
             return now, [space.start(hypothesis)]
         points = self._grid(before, here, space, hypothesis, name, around[0], data)
         weight = np.sqrt(influence(around[0], scale[0]) * data.temper * data.weight[..., None])
-        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), -1)
+        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), weight.size)
         after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
         moved = points.copy()
         others = [k for k in range(space.size) if space.owner[k] != name]
         size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300
         scaled = basis / size
-        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0] if len(here) else np.zeros((0, 1))
+        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0] if len(here) else np.zeros((0, len(points)))
         moved[:, others] -= (answer / size).T
         points = np.concatenate([points, np.clip(moved, space.low, space.high)])
         order = np.argsort(costs(self.observer, space, data, points)[0], kind="stable")
