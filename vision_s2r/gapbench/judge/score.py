@@ -63,7 +63,7 @@ def score(
 ) -> Score:
     """Score a report; None: the diagnosis failed, and everything that the case defines is wrong."""
     case = answer["case"]
-    silent = {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
+    silent: dict[str, Any] = {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
     said = report or silent
     named = {effect["name"] for effect in said["effects"]}
     required, optional = set(answer["effects"]), set(answer["optional"])

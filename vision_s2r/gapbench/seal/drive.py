@@ -10,6 +10,8 @@ import numpy as np
 from numba import njit
 
 INF = np.inf
+# Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis
+State = tuple[float, float, float, float, float, float]
 
 
 class Drive(NamedTuple):
@@ -89,7 +91,7 @@ class Loop(NamedTuple):
 
 
 @njit(cache=True)
-def _motor_torque(t, y, current, p):
+def _motor_torque(t: float, y: State, current: float, p: Drive) -> float:
     """Torque of the motor after its limits, N·m."""
     torque = y[4] if p.lag > 0 else p.torque_constant * current
     if p.fade > 0:
@@ -109,7 +111,7 @@ def _motor_torque(t, y, current, p):
 
 
 @njit(cache=True)
-def _dry_friction(y, direction, torque, p):
+def _dry_friction(y: State, direction: float, torque: float, p: Drive) -> float:
     """Size of the dry friction against motion in this direction, N·m."""
     level = p.coulomb_friction
     if p.static >= 0:
@@ -121,7 +123,7 @@ def _dry_friction(y, direction, torque, p):
 
 
 @njit(cache=True)
-def _on_motor(t, y, direction, torque, p):
+def _on_motor(t: float, y: State, direction: float, torque: float, p: Drive) -> float:
     """Every other torque on the motor's side but dry friction, N·m."""
     damping = p.viscous_damping * (1 + p.thermal_rate * t) + direction * p.viscous_asymmetry
     total = torque - damping * y[1] - p.drag * y[1] * abs(y[1]) - p.hysteresis * y[5]
@@ -135,7 +137,7 @@ def _on_motor(t, y, direction, torque, p):
 
 
 @njit(cache=True)
-def _on_load(y, p):
+def _on_load(y: State, p: Drive) -> float:
     """Torque on the load's side, N·m."""
     over = max(y[2] - p.stop, 0.0) - max(-y[2] - p.stop, 0.0)
     spring = p.spring * y[2] + p.cubic * y[2] ** 3 + p.stop_stiffness * over
@@ -144,13 +146,13 @@ def _on_load(y, p):
 
 
 @njit(cache=True)
-def _inertia(t, y, p):
+def _inertia(t: float, y: State, p: Drive) -> float:
     inertia = p.inertia + (p.switch_inertia if t >= p.switch_time else 0.0)
     return inertia * (1 + p.inertia_swing * np.sin(2 * y[0])) if p.inertia_swing != 0 else inertia
 
 
 @njit(cache=True)
-def _slope(t, y, current, direction, side, p):
+def _slope(t: float, y: State, current: float, direction: float, side: int, p: Drive) -> State:
     """Time derivative of the state; `direction` 0: the motor sticks; `side` 2: one mass, ±1: in contact, 0: apart."""
     torque = _motor_torque(t, y, current, p)
     motor = _on_motor(t, y, direction, torque, p) - direction * _dry_friction(y, direction, torque, p)
@@ -172,7 +174,7 @@ def _slope(t, y, current, direction, side, p):
 
 
 @njit(cache=True)
-def _plus(y, h, k):
+def _plus(y: State, h: float, k: State) -> State:
     return (
         *(y[0] + h * k[0], y[1] + h * k[1], y[2] + h * k[2]),
         *(y[3] + h * k[3], y[4] + h * k[4], y[5] + h * k[5]),
@@ -180,7 +182,9 @@ def _plus(y, h, k):
 
 
 @njit(cache=True)
-def _runge_kutta(t, y, h, current, direction, side, p):
+def _runge_kutta(
+    t: float, y: State, h: float, current: float, direction: float, side: int, p: Drive
+) -> State:
     k1 = _slope(t, y, current, direction, side, p)
     k2 = _slope(t + h / 2, _plus(y, h / 2, k1), current, direction, side, p)
     k3 = _slope(t + h / 2, _plus(y, h / 2, k2), current, direction, side, p)
@@ -189,7 +193,7 @@ def _runge_kutta(t, y, h, current, direction, side, p):
 
 
 @njit(cache=True)
-def _breakaway(t, y, current, side, p):
+def _breakaway(t: float, y: State, current: float, side: int, p: Drive) -> float:
     """Direction in which a motor at rest starts to move, 0: friction holds it."""
     torque = _motor_torque(t, y, current, p)
     net = _on_motor(t, y, 0.0, torque, p)
@@ -202,17 +206,19 @@ def _breakaway(t, y, current, side, p):
 
 
 @njit(cache=True)
-def _reversed(y, direction):
+def _reversed(y: State, direction: float) -> bool:
     return direction != 0 and direction * y[1] < 0
 
 
 @njit(cache=True)
-def _touching(y, side, p):
+def _touching(y: State, side: int, p: Drive) -> bool:
     return side == 0 and p.width > 0 and abs(y[0] - y[2]) > p.width / 2
 
 
 @njit(cache=True)
-def _advance(t, y, h, current, direction, side, p):
+def _advance(
+    t: float, y: State, h: float, current: float, direction: float, side: int, p: Drive
+) -> tuple[State, float, int]:
     """The state after h seconds of constant command, cut at each event; with the direction and the side of contact."""
     for _ in range(100):
         if direction == 0:
@@ -251,7 +257,7 @@ def _advance(t, y, h, current, direction, side, p):
 
 
 @njit(cache=True)
-def _command(k, shown, loop):
+def _command(k: int, shown: np.ndarray, loop: Loop) -> float:
     """What the controller commands at sample k, A."""
     if loop.gain == 0:
         return loop.command[k]
@@ -260,7 +266,9 @@ def _command(k, shown, loop):
 
 
 @njit(cache=True, nogil=True)
-def run(p, loop, first, sample_time, step):
+def run(
+    p: Drive, loop: Loop, first: np.ndarray, sample_time: float, step: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Free run from `first` (rad, rad/s): the load's position and velocity [T, 2], and the commands [T] (A).
 
     Row k is the state at k · sample_time, before command k acts; no sensor is between.

@@ -25,10 +25,10 @@ def draw(nominal: Drive, sensor_noise: tuple[float, float], rng: np.random.Gener
     """Five episodes of different forms, of amplitudes that move this joint at 1.5 to 9 rad/s at the fastest."""
     from_zero = rng.random() < 0.5
     episodes = []
-    for form in rng.permutation(list(_FORMS))[:EPISODES]:
+    for form in rng.permutation(list(FORMS))[:EPISODES]:
         speed = np.exp(rng.uniform(np.log(1.5), np.log(9.0)))
         noise = rng.normal(size=(SAMPLES, 2)) * sensor_noise
-        loop = _FORMS[form](nominal, speed, noise, rng)
+        loop = FORMS[form](nominal, speed, noise, rng)
         episodes.append(Excitation(str(form), loop, 0.0 if from_zero else rng.uniform(-0.5, 0.5)))
     return episodes
 
@@ -96,7 +96,7 @@ def _tracking(nominal: Drive, speed: float, noise: np.ndarray, rng: np.random.Ge
     return Loop(np.zeros(SAMPLES), reference, noise, gain, rate_gain, limit)
 
 
-_FORMS = {
+FORMS = {
     "multisine": _multisine,
     "chirp": _chirp,
     "steps": _steps,

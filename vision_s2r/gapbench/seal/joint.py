@@ -141,7 +141,7 @@ def _all_nominal(setting: Setting, index: int, split: str, rng: np.random.Genera
     )
     name = list(ACTUATOR)[index % len(ACTUATOR)]
     truth = _grown(setting, Truth(off), name, rng)
-    return truth, _answer(setting, "all_nominal", truth, (name,))
+    return truth, describe(setting, "all_nominal", truth, (name,))
 
 
 def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
@@ -158,7 +158,7 @@ def _known_unknown(
     truth, name, optional = _with_unknown(setting, known, index, split, rng)
     if effect in optional or not MILD <= setting.severity(truth, _without(setting, truth, effect)) <= SEVERE:
         raise Redraw
-    answer = _answer(setting, "known_unknown", truth, (effect,))
+    answer = describe(setting, "known_unknown", truth, (effect,))
     return truth, replace(answer, unknown=name, optional=optional)
 
 
@@ -195,7 +195,7 @@ def _with_effects(
     for name in names if len(names) > 1 else ():
         if not MILD <= setting.severity(truth, _without(setting, truth, name)) <= SEVERE:
             raise Redraw
-    return truth, _answer(setting, case, truth, tuple(names))
+    return truth, describe(setting, case, truth, tuple(names))
 
 
 def _grown(
@@ -288,7 +288,7 @@ def _effects(drive: Drive, names: Sequence[str]) -> Effects:
     }
 
 
-def _answer(setting: Setting, case: str, truth: Truth, names: tuple[str, ...]) -> Answer:
+def describe(setting: Setting, case: str, truth: Truth, names: tuple[str, ...]) -> Answer:
     """The description with the fewest effects, and its twins.
 
     A joint moves the same when every torque and the inertia are divided by one number: any torque constant describes

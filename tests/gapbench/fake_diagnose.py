@@ -1,0 +1,56 @@
+"""A diagnosis that knows: reads the answer of a recording from $ANSWERS, by the recording's own text.
+
+Takes recording=DIR out=DIR jobs=N withhold=[NAME], as scripts/diagnose.py does. $MANNER says how well it does:
+right | silent (never names anything) | crash | wrong (always names cogging, with a wrong value).
+"""
+
+import hashlib
+import json
+import os
+import sys
+from pathlib import Path
+
+keys = dict(argument.split("=", 1) for argument in sys.argv[1:])
+recording, out = Path(keys["recording"]), Path(keys["out"])
+if sorted(path.name for path in recording.parent.iterdir()) != ["recording"]:
+    sys.exit("the folder of the recording is not empty beside it")
+with Path(os.environ["CALLS"]).open("a") as calls:
+    calls.write(" ".join(sorted(keys)) + "\n")
+manner = os.environ["MANNER"]
+if manner == "crash":
+    sys.exit(3)
+digest = hashlib.sha256((recording / "joint.csv").read_bytes()).hexdigest()
+answer = json.loads(Path(os.environ["ANSWERS"]).read_text())[digest]
+effects = {} if manner == "silent" else answer["effects"]
+verdict = "explained" if effects else "no_gap"
+if manner == "wrong":
+    effects, verdict = {"cogging": {"amplitude": 9.0, "teeth": 3.0}}, "explained"
+elif manner == "right" and (answer["unknown"] or answer["withhold"]):
+    verdict = "partly_explained" if effects else "unexplained"
+    assert ("withhold" in keys) == bool(answer["withhold"])
+dynamics = {
+    "inertia",
+    "viscous_damping",
+    "coulomb_friction",
+    "gravity_torque",
+    "bias_torque",
+    "torque_constant",
+}
+out.mkdir(parents=True)
+report = {
+    "verdict": verdict,
+    "gap": {"shrink": (answer["shrink"] or 0.0) if effects else 0.0},
+    "where": [{"axis": axis} for axis in answer["where"]],
+    "effects": [
+        {
+            "name": name,
+            "source": "dynamics" if name in dynamics else "actuator",
+            "parameters": {
+                k: {"value": 1.01 * v, "unit": k, "ci": [v - abs(v), v + abs(v)]} for k, v in values.items()
+            },
+        }
+        for name, values in effects.items()
+    ],
+    "candidates": [],
+}
+(out / "report.json").write_text(json.dumps(report))
