@@ -2,6 +2,7 @@
 
 import io
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,8 +32,8 @@ def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.nd
     """Bars of the gap by bin, a panel an axis: its name; labels, before, after and floor [bins] (NaN: no samples)."""
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
-    most = max(len(labels) for labels, *_ in parts.values())
-    figure, axes = _figure(rows, columns, rows * (0.7 + 0.36 * most))
+    heights = [0.7 + 0.3 * max(len(labels) for labels, *_ in row) for row in _rows(list(parts.values()), columns)]
+    figure, axes = _figure(rows, columns, sum(heights), height_ratios=heights)
     for axis, (name, (labels, before, after, floor)) in zip(axes.flat, parts.items(), strict=False):
         at = np.arange(len(labels))
         axis.barh(at - 0.19, before, 0.36, color=BEFORE, label="before")
@@ -85,9 +86,13 @@ def maps(unit: str, panels: Mapping[str, np.ndarray]) -> bytes:
     return _png(figure)
 
 
-def _figure(rows: int, columns: int, height: float, sharex: bool = False) -> tuple[Figure, np.ndarray]:
+def _rows(items: list[Any], columns: int) -> list[list[Any]]:
+    return [items[k : k + columns] for k in range(0, len(items), columns)]
+
+
+def _figure(rows: int, columns: int, height: float, **keys: Any) -> tuple[Figure, np.ndarray]:
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
-    return figure, figure.subplots(rows, columns, squeeze=False, sharex=sharex)
+    return figure, figure.subplots(rows, columns, squeeze=False, **keys)
 
 
 def _plain(axis: Axes) -> None:

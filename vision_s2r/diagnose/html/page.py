@@ -42,7 +42,7 @@ def write_html(report: Mapping[str, Any], figures: Mapping[str, bytes], path: Pa
 def _bars(gap: Mapping[str, Any]) -> list[tuple[str, str, float]]:
     """Label, what it is, and value of each bar of the gap."""
     bars = [("before", "the simulator as it came", gap["before"])]
-    if "refitted" in gap:
+    if gap.get("refitted", gap["before"]) != gap["before"]:
         bars.append(("refitted", "the same effects, its parameters fitted", gap["refitted"]))
     bars.append(("after", "with the effects that were found", gap["after"]))
     return [*bars, ("floor", "measurement noise", gap["floor"])]
