@@ -18,7 +18,7 @@ from vision_s2r.diagnose.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.diagnose.joint.noise import fast_variance, inflation, memory
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.silence import silent
-from vision_s2r.diagnose.joint.track import Track, fast_noise, make_track
+from vision_s2r.diagnose.joint.track import Track, fast_noise, led_by, make_track
 from vision_s2r.effects import Effect
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, JointEffect
 from vision_s2r.recording import JointRecording
@@ -83,12 +83,18 @@ class JointCase:
     # -- the noise
 
     def _prepare(self, unknown_lattice: Lattice | None, rounding: float) -> None:
-        track = self.track
-        observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
-        rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
-        loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
-        self._fitter = Fitter(track, observer, loose, self._lattice.resolution if self._lattice else None)
+        self._fitter = self._make_fitter(self.track)
+        if self.track.velocity is None:
+            base = self._fitter.fit(self._base, range(self.units), NOMINAL)
+            self._lead(base)
         best, noise = self._quietest()
+        if self.track.velocity is None:
+            self._lead(best)
+            best = self._fitter.fit(names_of(best), range(self.units), best)
+            noise = fast_variance(self._fitter.residuals(best, range(self.units)), self.track.lengths)
+        track = self.track
+        if self._lattice is not None:  # slow motion hides how much rounding moves
+            noise[0] = max(noise[0], rounding + self._lattice.noise**2)
         if unknown_lattice is not None:  # its steps are no noise
             noise[0] = max(noise[0] - rounding, unknown_lattice.noise**2, 1e-3 * rounding)
         self.noise = noise  # [channels] variance of the measurement
@@ -100,14 +106,30 @@ class JointCase:
         self._floor = GAUSSIAN * self._expected
         self._gap = Gap(self._fitter, noise, self._lattice)
         self._labels, self._owners = uncertainty.blocks(track.unit, int(max(BLOCK, 5 / self._temper.min())))
-        base = self._fitter.fit(self.refitted | frozenset(self.certain), range(self.units), NOMINAL)
+        base = self._fitter.fit(self._base, range(self.units), NOMINAL)
         self.silent: Mapping[str, str] = silent(self._fitter, base, self._expected / self._temper, list(self.library))
+
+    @property
+    def _base(self) -> Names:
+        return self.refitted | frozenset(self.certain)
+
+    def _make_fitter(self, track: Track) -> Fitter:
+        observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
+        rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
+        loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
+        return Fitter(track, observer, loose, self._lattice.resolution if self._lattice else None)
+
+    def _lead(self, hypothesis: Hypothesis) -> None:
+        """Lead the observer by velocities that this hypothesis helps to read off positions."""
+        space = self._fitter.space(names_of(hypothesis))
+        self.track = led_by(self.track, self._fitter.observer.led(space, space.start(hypothesis)))
+        self._fitter = self._make_fitter(self.track)
 
     def _quietest(self) -> tuple[Hypothesis, np.ndarray]:
         """The noise's variance [channels], read off what is left once the largest effects are taken off."""
         units = range(self.units)
         lengths = self.track.lengths
-        best = self._fitter.fit(self.refitted | frozenset(self.certain), units, NOMINAL)
+        best = self._fitter.fit(self._base, units, NOMINAL)
         noise = fast_variance(self._fitter.residuals(best, units), lengths)
         for _ in range(LAYERS):
             free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})

@@ -43,7 +43,7 @@ def _table(name: str, axis: str, low: float, high: float, count: int, torque: fl
 def _position(track: Track, scales: Scales) -> Decoy:
     low, high = float(np.nanmin(track.position)), float(np.nanmax(track.position))
     turns = (high - low) / (2 * np.pi) if track.units == "rotary" else 1.0
-    return _table("torque_of_position", "position", low, high, int(np.clip(12 * turns, 12, 40)), scales.peak_torque)
+    return _table("torque_of_position", "position", low, high, int(np.clip(8 * turns, 10, 20)), scales.peak_torque)
 
 
 def _velocity(track: Track, scales: Scales) -> Decoy:

@@ -7,8 +7,8 @@ import numpy as np
 
 from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names
 from vision_s2r.diagnose.joint.decoys import DECOYS
-from vision_s2r.diagnose.joint.fitting import Data, Fitted, costs, minimise
-from vision_s2r.diagnose.joint.likelihood import influence, profile
+from vision_s2r.diagnose.joint.fitting import Data, Fitted, costs, minimise, trials
+from vision_s2r.diagnose.joint.likelihood import influence, normal_equations, profile
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.space import Space
 from vision_s2r.diagnose.joint.starts import settings
@@ -19,6 +19,7 @@ SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its res
 ROUGH = frozenset({"backlash"})  # their likelihood has ripples, of impacts
 FINE_STRIDES = (3.0, 1.0, 0.3)  # over such ripples, near the optimum
 SOFT = 400.0  # times the floor's variance: blurs ripples
+SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the units
 FOLLOWED = 2  # starts of an effect that are followed
 
 
@@ -36,6 +37,7 @@ class Fitter:
     def __init__(self, track: Track, observer: Observer, floor: Floor, resolution: float | None) -> None:
         self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
         self._screened: dict[object, tuple[float, Fitted]] = {}
+        self._derived: dict[object, tuple[np.ndarray, np.ndarray]] = {}
 
     def data(self, units: Iterable[int]) -> Data:
         """The samples of these units, of the episodes that hold them."""
@@ -52,6 +54,8 @@ class Fitter:
         """The likeliest hypothesis of these names; from `start` where it has them, else added to it one by one."""
         data = self.data(units)
         start = start or NOMINAL
+        if names and names == names_of(start) and len(units) < self.track.count:
+            return self._shifted(start, units, data)
         known = names & (names_of(start) | set(DYNAMICS) | {"encoder_quantization"})
         fitted, missing = _restricted(start, known), set(names - known)
         if not missing or known != names_of(start):
@@ -92,6 +96,31 @@ class Fitter:
         basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
         rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest)
+
+    def _shifted(self, hypothesis: Hypothesis, units: Sequence[int], data: Data) -> Hypothesis:
+        """The fit of all units moved to some of them: one step, with the derivatives that are known already."""
+        space, point, curvature, slope = self._pieces(hypothesis)
+        part = list(units)
+        bend = curvature[part].sum(axis=0) + np.diag(space.prior**-2.0)
+        tried = np.concatenate([point[None], trials(point, bend, slope[part].sum(axis=0), SHIFTS, space)])
+        values, scales = costs(self.observer, space, data, tried)
+        best = int(np.argmin(values))
+        return space.hypothesis(tried[best], self.resolution, {SCALE: scales[best]})
+
+    def _pieces(self, hypothesis: Hypothesis) -> tuple[Space, np.ndarray, np.ndarray, np.ndarray]:
+        """Space, point, and of each unit curvature [units, D, D] and slope [units, D]."""
+        space = self.space(names_of(hypothesis))
+        point = space.start(hypothesis)
+        key = (names_of(hypothesis), point.tobytes())
+        if key not in self._derived:
+            data = self.data(range(self.track.count))
+            steps = np.where(point + space.step > space.high, -space.step, space.step)
+            points = np.concatenate([point[None], point + np.diag(steps)]) if space.size else point[None]
+            residuals = self.observer.residuals(space, points, data.episodes)
+            scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
+            factor = influence(residuals[0], scale) * data.temper
+            self._derived[key] = normal_equations(residuals, steps, factor, self.track.unit, self.track.count)
+        return space, point, *self._derived[key]
 
     def _refine(self, names: Iterable[str], data: Data, start: Hypothesis, iterations: int) -> Hypothesis:
         space = self.space(names)

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.diagnose.joint.likelihood import influence, profile
+from vision_s2r.diagnose.joint.likelihood import influence, normal_equations, profile
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.space import Space
 
-DAMPINGS = np.array([0.03, 1.0, 30.0, 1000.0])  # tried at once, times the last that was best
+DAMPINGS = np.array([0.03, 1.0, 100.0, 1e4])  # tried at once, times the last that was best
 LEAST_GAIN = 0.02  # nats that another iteration must bring
 
 
@@ -89,17 +89,14 @@ def _descend(
         curvature, slope = _normal(residuals, steps, now.scale, data)
         curvature[np.diag_indices(space.size)] += space.prior**-2.0
         slope += (centre - now.point) * space.prior**-2.0
-        trials = _trials(now.point, curvature, slope, damping * DAMPINGS, space)
-        values, scales = costs(observer, space, data, trials)
-        values = values + np.array([_prior(trial, centre, space) for trial in trials])
+        tried = trials(now.point, curvature, slope, damping * DAMPINGS, space)
+        values, scales = costs(observer, space, data, tried)
+        values = values + np.array([_prior(trial, centre, space) for trial in tried])
         k = int(np.argmin(values))
         gained = now.cost - float(values[k])
         if not gained > 0:
-            if damping >= 1e2:
-                break
-            damping *= 1e4
-            continue
-        now = Fitted(trials[k], float(values[k]), scales[k])
+            break
+        now = Fitted(tried[k], float(values[k]), scales[k])
         damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
         if gained < least_gain:
             break
@@ -112,19 +109,13 @@ def _prior(point: np.ndarray, centre: np.ndarray, space: Space) -> float:
 
 def _normal(residuals: np.ndarray, steps: np.ndarray, scale: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
     """Curvature [D, D] and slope [D] of the log-likelihood, from residuals at a point and one step along each axis."""
-    size = len(steps)
-    curvature, slope = np.zeros((size, size)), np.zeros(size)
-    counts = data.weight.ravel() > 0
-    for channel in range(residuals.shape[-1]):
-        values = residuals[..., channel].reshape(len(residuals), -1)[:, counts]
-        jacobian = (values[1:] - values[0]) / steps[:, None]
-        weighted = jacobian * (influence(values[0], scale[channel]) * data.temper[channel])
-        curvature += weighted @ jacobian.T
-        slope -= weighted @ values[0]
-    return curvature, slope
+    factor = influence(residuals[0], scale) * data.temper
+    label = np.where(data.weight > 0, 0, -1)
+    curvature, slope = normal_equations(residuals, steps, factor, label, 1)
+    return curvature[0], slope[0]
 
 
-def _trials(
+def trials(
     point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, dampings: np.ndarray, space: Space
 ) -> np.ndarray:
     """Where each damping leads; coordinates that are pushed against a bound stay there."""

@@ -4,14 +4,14 @@ import numpy as np
 
 from vision_s2r.diagnose.case import Hypothesis
 from vision_s2r.diagnose.joint.fitter import Fitter, names_of
-from vision_s2r.diagnose.joint.observer import LEAK
-from vision_s2r.joint import COLUMNS, simulate
+from vision_s2r.diagnose.joint.track import LEAK
+from vision_s2r.joint import simulate
 
 BLOCK = 32  # samples
 TRIMMED = 0.2  # of the blocks, those with the largest fast residual, are left out: impacts and starts are no noise
 REPLICAS = 4
 MOST_MEMORY = 60  # samples
-QUANTISER = COLUMNS.index("encoder_quantization.resolution")
+
 
 
 def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -68,7 +68,6 @@ def inflation(fitter: Fitter, hypothesis: Hypothesis, noise: np.ndarray) -> np.n
     rows = space.machines(space.start(hypothesis)[None])
     rng = np.random.default_rng(0)
     common = {"lengths": track.lengths, "substeps": observer.substeps, "tables": space.tables, "threads": 1}
-    rows[:, QUANTISER] = 0.0
     truth = simulate(rows, track.command, track.first, track.sample_time, **common)[0]
     total = np.zeros(observer.channels)
     for _ in range(REPLICAS):

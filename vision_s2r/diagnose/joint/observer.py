@@ -9,10 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from vision_s2r.diagnose.joint.space import Space
-from vision_s2r.diagnose.joint.track import Track
+from vision_s2r.diagnose.joint.track import LEAK, Track
 from vision_s2r.joint import simulate
 
-LEAK = 1 / 30  # a sample
 
 
 class Observer:
@@ -28,6 +27,11 @@ class Observer:
         for members, states, measured in self._runs(space, points, episodes, leak=LEAK):
             out[members] = (measured - states)[..., : self.channels]
         return np.nan_to_num(out, copy=False, nan=0.0, posinf=1e150, neginf=-1e150)
+
+    def led(self, space: Space, point: np.ndarray) -> np.ndarray:
+        """States [E, T, 2] that the observer predicts for all episodes."""
+        ((_, states, _),) = self._runs(space, point[None], range(len(self.track.lengths)), leak=LEAK)
+        return states[0]
 
     def free(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """A free run: simulated states [E, T, 2] and measured ones, as this hypothesis understands the sensor."""

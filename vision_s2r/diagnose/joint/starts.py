@@ -6,8 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.signal import lfilter
 
-from vision_s2r.diagnose.joint.observer import LEAK
-from vision_s2r.diagnose.joint.track import Scales, Track
+from vision_s2r.diagnose.joint.track import LEAK, Scales, Track
 
 Settings = list[dict[str, float]]
 TEETH = 4  # numbers of teeth proposed

@@ -1,6 +1,6 @@
 """A recording as the search looks at it: episodes, the states that lead the observer, and units to hold out."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -8,6 +8,7 @@ from scipy.signal import savgol_filter
 from vision_s2r.joint import Nominal
 from vision_s2r.recording import JointRecording
 
+LEAK = 1 / 30  # of the observer, a sample
 LEAST_UNITS = 5  # fewer episodes than these are cut into stretches …
 STRETCHES = 8  # … this many in all
 LEAST_STRETCH = 60  # samples
@@ -86,6 +87,22 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
         unit=unit,
         count=count,
     )
+
+
+def led_by(track: Track, predicted: np.ndarray) -> Track:
+    """The track with velocities read off positions beside an observer's prediction [E, T, 2].
+
+    Only what the prediction lacks is smoothed: what the commands cause at once is in it already.
+    """
+    rest = track.position - predicted[..., 0]
+    velocity = np.full(rest.shape, np.nan)
+    half = min(SMOOTH[1], (int(track.lengths.min()) - 1) // 2)
+    for row, values, length in zip(velocity, rest, track.lengths, strict=True):
+        row[:length] = savgol_filter(values[:length], 2 * half + 1, 2, deriv=1, delta=track.sample_time)
+    # The observer's position is pushed at every sample, which is no velocity of its own.
+    pushed = LEAK * rest / track.sample_time
+    observed = np.stack([track.position, predicted[..., 1] + velocity + pushed], axis=2)
+    return replace(track, observed=observed)
 
 
 def fast_noise(values: np.ndarray) -> float:
