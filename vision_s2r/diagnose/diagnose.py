@@ -1,0 +1,109 @@
+"""From recordings to reports."""
+
+import json
+import logging
+import os
+import shutil
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.camera import CameraCase
+from vision_s2r.diagnose.case import Case
+from vision_s2r.diagnose.config import DiagnoseConfig, check, folders, names
+from vision_s2r.diagnose.html import figures, write_html
+from vision_s2r.diagnose.joint import JointCase
+from vision_s2r.diagnose.patch import write_patch
+from vision_s2r.diagnose.report import report
+from vision_s2r.diagnose.search import Found, Search
+from vision_s2r.diagnose.unpaired import UnpairedCase
+from vision_s2r.effects import E, Registry
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.progress import tracked
+from vision_s2r.recording import JointRecording, Recording, read
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """A report, and what it was made from."""
+
+    recording: Recording
+    case: Case
+    found: Found
+    report: dict[str, Any]
+
+
+def diagnose(recording: Recording, cfg: DiagnoseConfig, jobs: int = 1) -> Diagnosis:
+    """Diagnose one recording with `jobs` threads.
+
+    Raises UserError where the recording is too short to hold anything out, or cfg withholds an unknown effect.
+    """
+    case = open_case(recording, cfg.withhold)
+    limits = cfg.joint if case.kind == "joint" else cfg.camera
+    assessor = Assessor(case, limits, jobs, cfg.seed)
+    found = Search(case, assessor).run()
+    return Diagnosis(recording, case, found, report(case, assessor, found))
+
+
+def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
+    """A recording beside its simulator, which does not know the withheld effects."""
+    if isinstance(recording, JointRecording):
+        return JointCase(recording, _library(JOINT_EFFECTS, withhold))
+    if recording.pairing == "unpaired":
+        return UnpairedCase(recording, _library(CAMERA_EFFECTS, withhold))
+    return CameraCase(recording, _library(CAMERA_EFFECTS, withhold))
+
+
+def _library(effects: Registry[E], withhold: Collection[str]) -> dict[str, E]:
+    for name in withhold:
+        if name not in effects:
+            raise UserError(f"withhold: no effect is called '{name}': {nearest(name, [e.name for e in effects])}")
+    return {effect.name: effect for effect in effects if effect.name not in withhold}
+
+
+def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
+    """Diagnose the recordings of cfg, each into its folder; returns the reports (HTML).
+
+    One recording is worked on by `cfg.jobs` threads and lands in `cfg.out`; of several, as many at a time, each lands
+    in a folder of `cfg.out` with its name.
+    """
+    check(cfg)
+    given = folders(cfg.recording)
+    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    processes, threads = (cfg.jobs, 1) if len(given) > 1 else (1, cfg.jobs)
+    parallel = joblib.Parallel(processes, return_as="generator")
+    calls = (joblib.delayed(_diagnose_into)(*each, cfg, threads) for each in zip(given, outs, strict=True))
+    return list(tracked(parallel(calls), len(given), "recordings"))
+
+
+def _diagnose_into(folder: Path, out: Path, cfg: DiagnoseConfig, jobs: int) -> Path:
+    """Everything about one recording, in a folder that is complete or not there."""
+    diagnosis = diagnose(read(folder), cfg, jobs)
+    making = out.with_name(f"{out.name}.part-{os.getpid()}")
+    shutil.rmtree(making, ignore_errors=True)
+    making.mkdir(parents=True)
+    try:
+        (making / "report.json").write_text(json.dumps(diagnosis.report, indent=1, allow_nan=False))
+        write_html(diagnosis.report, _figures(diagnosis), making / "report.html")
+        write_patch(diagnosis.report, diagnosis.recording, making / "patch")
+        shutil.rmtree(out, ignore_errors=True)
+        making.rename(out)
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
+    return out / "report.html"
+
+
+def _figures(diagnosis: Diagnosis) -> dict[str, bytes]:
+    """The figures of a report: what it looks like, and where the gap lies before and after."""
+    case, found = diagnosis.case, diagnosis.found
+    before, after = (case.samples(each.hypothesis) for each in (found.nominal, found.final))
+    named = {name: found.final.hypothesis.values[name] for name in found.effects}
+    return figures(diagnosis.recording, named, before, after, case.unit)
