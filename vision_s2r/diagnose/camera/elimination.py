@@ -1,6 +1,6 @@
 """From a fit of everything to the few effects that it needs: backward, the least missed one at a time."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -15,11 +15,7 @@ _NEEDED = 0.4  # … and that everybody does
 
 def chain(target: Target, values: Values, units: Sequence[int], fixed: Sequence[str]) -> list[tuple[Values, float]]:
     """Ever smaller sets of effects fitted on `units`, from all of `values` down to one, each with its mean loss."""
-    current = dict(values)
-    for name in [name for name in current if name not in fixed]:
-        if target_loss_without(target, current, name, units) < target.loss(current, units) + _IDLE / 2:
-            del current[name]
-    fitted, loss = gauss_newton(target, current, list(current), units, 2)
+    fitted, loss = gauss_newton(target, values, list(values), units, 2)
     links = [(fitted, loss)]
     while len(names := [name for name in fitted if name not in fixed]) > 1:
         costs = drop_costs(target, fitted, names, units)
@@ -29,6 +25,16 @@ def chain(target: Target, values: Values, units: Sequence[int], fixed: Sequence[
         fitted, loss = gauss_newton(target, fitted, list(fitted), units, 3)
         links.append((fitted, loss))
     return links
+
+
+def without_idle(target: Target, values: Values, units: Sequence[int], fixed: Collection[str] = ()) -> Values:
+    """Without the effects that make no difference."""
+    kept, loss = dict(values), target.loss(values, units)
+    for name in [name for name in kept if name not in fixed]:
+        if target_loss_without(target, kept, name, units) < loss + _IDLE / 4:
+            del kept[name]
+            loss = target.loss(kept, units)
+    return kept
 
 
 def target_loss_without(target: Target, values: Values, name: str, units: Sequence[int]) -> float:
@@ -43,7 +49,6 @@ def drop_costs(target: Target, values: Values, names: Sequence[str], units: Sequ
     residual = target.residual(values, units, stages, keep=True)
     slopes, steps = columns(target, values, charted, units, stages)
     matrix = normal(target, slopes, residual, units).matrix
-    pixels = float(target.counted[list(units)].sum()) * residual.shape[1]
     here = target.loss(values, units)
     costs = {}
     at = 0

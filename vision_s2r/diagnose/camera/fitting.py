@@ -28,9 +28,15 @@ class Target:
         """Real less predicted [B, C, H, W]."""
         return self.pictures.real[list(units)] - self.pictures.predict(values, units, stages, keep).mean
 
-    def loss(self, values: Values, units: Sequence[int]) -> float:
+    def loss(self, values: Values, units: Sequence[int], stages: Stages | None = None) -> float:
         """Mean over pixels of minus the log-likelihood, but for constants; nats."""
-        return self._mean_loss(self.residual(values, units), units)
+        return self._mean_loss(self.residual(values, units, stages), units)
+
+    def before(self, values: Values, name: str, units: Sequence[int]) -> Stages:
+        """The stages of a pass without one effect, so that settings of it need not repeat what comes before it."""
+        stages: Stages = {}
+        self.pictures.front({each: value for each, value in values.items() if each != name}, units, stages, keep=True)
+        return stages
 
     def _mean_loss(self, residual: Tensor, units: Sequence[int]) -> float:
         chosen, counted = list(units), self.counted[list(units)]
@@ -129,34 +135,29 @@ def best_start(
     target: Target, values: Values, name: str, units: Sequence[int], candidates: Sequence[Mapping[str, float]]
 ) -> Values:
     """`values` with that of the effect's candidates which is likeliest."""
-    losses = [target.loss(dict(values) | {name: candidate}, units) for candidate in candidates]
+    stages = target.before(values, name, units)
+    losses = [target.loss(dict(values) | {name: candidate}, units, stages) for candidate in candidates]
     return dict(values) | {name: dict(candidates[int(np.argmin(losses))])}
 
 
 def search_factor(target: Target, values: Values, units: Sequence[int]) -> tuple[Values, float]:
     """The likeliest low_resolution near that of `values`: its effect goes by whole cells, so they are counted out."""
     width = target.pictures.optics.width
-    known: dict[int, float] = {}
 
     def at(cells: int) -> Values:
         return dict(values) | {"low_resolution": {"factor": width / cells}}
 
-    def loss(cells: int) -> float:
-        if cells not in known:
-            known[cells] = target.loss(at(cells), units)
-        return known[cells]
-
     start = round(width / values["low_resolution"]["factor"])
     # One frame finds the place, since the pattern of cells repeats in no other number of them; all of them settle it.
-    scan = range(max(round(start * 0.8), width // 16 + 1), min(round(start * 1.25), width - 1) + 1)
+    scan = range(max(round(start * 0.7), width // 16 + 1), min(round(start * 1.4), width - 1) + 1)
     one = list(units)[:1]
-    best = min(scan, key=lambda cells: target.loss(at(cells), one), default=start)
-    while True:
-        near = [cells for cells in (best - 1, best, best + 1) if max(width / 16, 2) <= cells < width]
-        new = min(near, key=loss)
-        if new == best:
-            return at(best), known[best]
-        best = new
+    stages = target.before(values, "low_resolution", one)
+    best = min(scan, key=lambda cells: target.loss(at(cells), one, stages), default=start)
+    stages = target.before(values, "low_resolution", units)
+    near = [cells for cells in (best - 1, best, best + 1) if max(width / 16, 2) <= cells < width]
+    losses = {cells: target.loss(at(cells), units, stages) for cells in near}
+    best = min(losses, key=lambda cells: losses[cells])
+    return at(best), losses[best]
 
 
 def starts(name: str, width: int) -> list[dict[str, float]]:

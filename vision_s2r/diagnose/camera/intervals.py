@@ -34,7 +34,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
     names = [name for name in values if name in CHARTS]
     count = len(target.pictures.sim)
     matrices, vectors, steps = [], [], np.empty(0)
-    for unit in range(count):
+    for unit in range(count) if names else ():
         stages: Stages = {}
         residual = target.residual(values, [unit], stages, keep=True)
         slopes, steps = columns(target, values, names, [unit], stages)
@@ -54,7 +54,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             at += size
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name])) / steps[own]
-            least = _KERNEL if name in WARPS and target.pictures.softness else _LEAST
+            least = _KERNEL if name in WARPS else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between) / max(np.linalg.norm(departure), 1e-9))
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]

@@ -17,6 +17,7 @@ from vision_s2r.camera.effect import CameraEffect, Encoding, Frame
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.noise import Tail
+from vision_s2r.diagnose.camera.resampling import KERNELS, resampled
 
 WARPS = frozenset({"camera_pose_offset", "lens_distortion", "chromatic_aberration"})
 BLURS = frozenset({"defocus_blur", "motion_blur", "low_resolution"})
@@ -56,7 +57,7 @@ class Pictures:
     intrinsics: Tensor
     encoding: Encoding
     scale: float = 1.0
-    softness: float = 0.0  # of the interpolation of warps: 0 bicubic, 1 bilinear, below 0 sharper
+    kernel: str = KERNELS[0]  # of warps
 
     @property
     def optics(self) -> Optics:
@@ -122,7 +123,7 @@ class Pictures:
         present = present.clone()
         for edge in (present[..., 0, :], present[..., -1, :], present[..., :, 0], present[..., :, -1]):
             edge.zero_()  # what a warp looks for beyond the picture is its edge repeated
-        flat = replace(self, softness=1.0)
+        flat = replace(self, kernel="bilinear")
         for effect in FRONT:
             if effect.name in moved & values.keys() and not effect.is_neutral(values[effect.name]):
                 channels = present.expand(-1, 3, -1, -1) if effect.name == "chromatic_aberration" else present
@@ -135,20 +136,21 @@ class Pictures:
             key: value * self.scale if sized or effect.parameter(key).unit == "px" else value
             for key, value in values.items()
         }
-        tensors = {key: torch.full((len(pictures),), value, dtype=pictures.dtype) for key, value in values.items()}
-        if effect.name not in WARPS or self.softness == 0:
-            return effect.apply(pictures, tensors, self._frame(len(pictures), "bicubic"))
-        flat = effect.apply(pictures, tensors, self._frame(len(pictures), "bilinear"))
-        if self.softness == 1:
-            return flat
-        sharp = effect.apply(pictures, tensors, self._frame(len(pictures), "bicubic"))
-        return sharp + self.softness * (flat - sharp)
+        if effect.name not in WARPS:
+            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures)))
+        # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
+        channels = 3 if effect.name == "chromatic_aberration" else 1
+        height, width = pictures.shape[-2:]
+        x = torch.arange(width, dtype=torch.float32).expand(1, channels, height, width)
+        y = torch.arange(height, dtype=torch.float32)[:, None].expand(1, channels, height, width)
+        looked = effect.apply(torch.cat([x, y]), _tensors(values, 2), self._frame(2))
+        return resampled(pictures, looked[0], looked[1], self.kernel)
 
-    def _frame(self, count: int, interpolation: str) -> Frame:
+    def _frame(self, count: int) -> Frame:
         height, width = self.sim.shape[-2:]
         intrinsics = self.intrinsics.expand(count, 4)
         seeds = torch.zeros(count, dtype=torch.int64)
-        return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")  # type: ignore[arg-type]
+        return Frame(height, width, 0, intrinsics, seeds, "bilinear", "codec")
 
 
 def linear(pictures: Tensor) -> Tensor:
@@ -170,6 +172,10 @@ def encoded(pictures: Tensor, quality: float) -> Tensor:
     """Pictures [B, 1 or 3, H, W] through libjpeg."""
     three = pictures.expand(-1, 3, -1, -1)
     return libjpeg(three, torch.full((len(three),), quality))[:, : pictures.shape[1]]
+
+
+def _tensors(values: Mapping[str, float], count: int) -> dict[str, Tensor]:
+    return {key: torch.full((count,), value, dtype=torch.float32) for key, value in values.items()}
 
 
 def default_intrinsics(height: int, width: int) -> Tensor:

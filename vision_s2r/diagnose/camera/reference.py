@@ -4,14 +4,16 @@ It is no answer, since it names too much. It is where the fits of single answers
 is measured about.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import torch
 import torch.nn.functional as F
 
+from vision_s2r.diagnose.camera.elimination import without_idle
 from vision_s2r.diagnose.camera.fitting import Target, best_start, gauss_newton, search_factor, starts
-from vision_s2r.diagnose.camera.prediction import BLURS, Pictures, Values
+from vision_s2r.diagnose.camera.prediction import BLURS, WARPS, Pictures, Values
+from vision_s2r.diagnose.camera.resampling import KERNELS
 from vision_s2r.diagnose.camera.weighing import detail
 
 GEOMETRY = ("camera_pose_offset", "lens_distortion")
@@ -80,9 +82,9 @@ def _bent(level: Pictures, values: Values, names: Sequence[str], units: Sequence
 def fit_reference(levels: Sequence[Pictures], names: Collection[str], fixed: Values, units: Sequence[int]) -> Values:
     """All of `names` that move the mean, fitted together on these units of the pyramid, beside what is `fixed`."""
     values = dict(coarse(levels, names, fixed, units))
-    smooth = [name for name in (*GEOMETRY, "chromatic_aberration", *LIGHT) if name in names]
-    for name in smooth:
-        values.setdefault(name, dict(_NEUTRAL[name]))
+    if len(levels) > 1:
+        values = dict(without_idle(rough_target(levels[1], values), values, units, fixed))
+    smooth = [name for name in values if name not in fixed]
     target = rough_target(levels[0], values)
     values = dict(gauss_newton(target, values, smooth, units, 2)[0])
     values = dict(add_blur(target, values, names, units))
@@ -135,26 +137,19 @@ def add_shadow(levels: Sequence[Pictures], values: Values, units: Sequence[int])
     return shadowed if after < before - _SHADOW_GAIN * min(before, 1.0) else values
 
 
-def interpolation_softness(pictures: Pictures, values: Values, units: Sequence[int]) -> float:
-    """The kernel of the recording's warps on the line from bicubic (0) to bilinear (1), or beyond: sharper than both."""
-    sharp, flat = (replace(pictures, softness=softness).predict(values, units).mean for softness in (0.0, 1.0))
-    change = flat - sharp
-    residual = pictures.real[list(units)] - sharp
-    weight = pictures.seen(values, units).float() / ((2 / 255) ** 2 + residual.square())
-    power = float((weight * change.square()).sum())
-    if power < 1.0:
-        return 0.0
-    softness = float((weight * change * residual).sum()) / power
-    return min(max(round(softness, 2), -0.6), 1.0) if abs(softness) > 0.1 else 0.0
+def likeliest_kernel(pictures: Pictures, values: Values, units: Sequence[int]) -> str:
+    """The kernel of the recording's warps: that under which they predict best, after a little fitting."""
+    warps = [name for name in values if name in WARPS]
+    if not warps:
+        return pictures.kernel
+    ends = {}
+    for kernel in KERNELS:
+        target = rough_target(replace(pictures, kernel=kernel), values)
+        ends[kernel] = gauss_newton(target, values, warps, list(units)[:2], 2)[1]
+    return min(ends, key=lambda kernel: ends[kernel])
 
 
 def informative(pictures: Pictures, most: int) -> list[int]:
     """The frames that show most edges, at most so many, in order."""
     edges = F.avg_pool2d(detail(pictures.sim) * pictures.meant, pictures.sim.shape[-2:]).flatten()
     return sorted(edges.argsort(descending=True)[:most].tolist())
-
-
-def departs(values: Mapping[str, float], name: str) -> bool:
-    """Whether a warp moves anything by more than a fiftieth of a pixel at 128 px."""
-    neutral = _NEUTRAL[name]
-    return any(abs(values[key] - neutral[key]) > 3e-4 for key in neutral)

@@ -1,4 +1,4 @@
-"""What a case finds out about a recording once: its noise, its reference fit, and which sets of effects to ask about."""
+"""What a case finds out about a recording once: its noise, a reference fit, and which sets of effects to ask about."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,11 +7,11 @@ import numpy as np
 import torch
 
 from vision_s2r.diagnose.camera import silence
-from vision_s2r.diagnose.camera.elimination import chain, needed
+from vision_s2r.diagnose.camera.elimination import chain, needed, without_idle
 from vision_s2r.diagnose.camera.fitting import Target
 from vision_s2r.diagnose.camera.lattice import attenuation, jpeg_quality
 from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, Values, default_intrinsics
-from vision_s2r.diagnose.camera.reference import fit_reference, informative, interpolation_softness, pyramid
+from vision_s2r.diagnose.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
 from vision_s2r.diagnose.camera.silence import faint_blur
 from vision_s2r.diagnose.camera.weighing import (
@@ -29,7 +29,7 @@ from vision_s2r.recording import CameraRecording
 
 _FRAMES = 4  # of the reference fit
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
-_QUIET_EDGES = 0.03  # what a simulator without warps gets wrong, of an edge's height …
+_QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
 _BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
 
 
@@ -67,10 +67,11 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     levels = pyramid(pictures)
     units = informative(pictures, _FRAMES)
     reference = fit_reference(levels, names, fixed, units)
-    pictures = replace(pictures, softness=interpolation_softness(pictures, sharp(reference), units))
     yardstick, _ = measure_noise(pictures, reference, jpeg, recording.bits)
     target = Target(pictures, yardstick.variance, yardstick.counted)
-    links = chain(target, reference, units, list(fixed))
+    reference = without_idle(target, reference, units, fixed)
+    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharp(reference), units))
+    links = chain(replace(target, pictures=pictures), reference, units, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
     yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
     noises = noise_names(

@@ -186,7 +186,7 @@ def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
     """The measured variance [N, C, H, W] at the brightness of each pixel of `pictures`, which are smooth enough."""
     variance, counts = bins.variance(range(len(bins.squares)))
     filled = np.full(variance.shape, quiet)
-    for c, (row, number) in enumerate(zip(variance, counts, strict=True)):
+    for c, row in enumerate(variance):
         known = np.isfinite(row)
         if known.any():
             filled[c] = np.interp(np.arange(BINS), np.flatnonzero(known), row[known])
