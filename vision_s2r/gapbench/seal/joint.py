@@ -1,11 +1,13 @@
 """Sealed joints: machines of every case, drawn so that each of their effects shows in the motion.
 
 An effect shows when it moves the free run's velocity by 3 (mild) to 100 times (severe) the noise of the velocity
-sensor, everything else equal; in pairs and triples each effect does, beside the others.
+sensor, everything else equal; in pairs and triples each effect does, beside the others. And it is distinct: at least
+once the noise remains when the parameters of the simulator and those of the other effects are refitted to imitate it.
+An unknown effect remains distinct whichever one effect of the vocabulary is added to the imitation. (To first order.)
 """
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +20,15 @@ from vision_s2r.gapbench.seal.drive import Drive
 from vision_s2r.gapbench.seal.excitation import SAMPLE_TIME, Excitation
 from vision_s2r.gapbench.seal.excitation import draw as draw_excitation
 from vision_s2r.gapbench.seal.library import ACTUATOR, DYNAMICS, LIBRARY, TORQUES, Family, Scale, compatible
-from vision_s2r.gapbench.seal.truth import COARSE, Truth, encoded, record, replay, velocity_difference
+from vision_s2r.gapbench.seal.truth import (
+    COARSE,
+    Truth,
+    encoded,
+    record,
+    replay,
+    unimitated,
+    velocity_difference,
+)
 from vision_s2r.gapbench.seal.unknown import UNKNOWN
 
 CASES = (
@@ -27,6 +37,8 @@ CASES = (
 )
 MILD, SEVERE = 3.0, 100.0  # in units of the velocity's noise
 WEAK = (0.02, 0.2)
+DISTINCT = 1.0
+UNLIKE = 5.0  # how much one of a known and an unknown effect may outweigh the other
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
 MODELLED = tuple(DYNAMICS)
 
@@ -129,23 +141,31 @@ def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) ->
 
 def _all_nominal(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
     """Every value that is not zero 5 to 25 % off, as a whole and relative to the torque constant."""
-    nonzero = [name for name in MODELLED if getattr(setting.nominal, name)]
-    factors = {name: 1 + rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.25) for name in nonzero}
-    relative = [factors[name] / factors["torque_constant"] for name in nonzero if name != "torque_constant"]
-    if not all(0.05 <= abs(value - 1) <= 0.25 for value in relative):
-        raise Redraw  # dividing by the torque constant would leave a value nearly right
-    if min(abs(a / b - 1) for a, b in itertools.combinations(relative, 2)) < 0.05:
-        raise Redraw  # another torque constant would explain two values at once
+    factors = _factors([name for name in MODELLED if getattr(setting.nominal, name)], rng)
     off = setting.nominal._replace(
         **{name: getattr(setting.nominal, name) * f for name, f in factors.items()}
     )
     name = list(ACTUATOR)[index % len(ACTUATOR)]
     truth = _grown(setting, Truth(off), name, rng)
+    if not _distinct(setting, truth, name, (name,)):
+        raise Redraw
     return truth, describe(setting, "all_nominal", truth, (name,))
+
+
+def _factors(names: Sequence[str], rng: np.random.Generator) -> dict[str, float]:
+    """How far each value is off; no other torque constant makes one of them nearly right, or two at once."""
+    while True:
+        factors = {name: 1 + rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.25) for name in names}
+        relative = [factors[name] / factors["torque_constant"] for name in names if name != "torque_constant"]
+        apart = min(abs(a / b - 1) for a, b in itertools.combinations(relative, 2))
+        if apart >= 0.05 and all(0.05 <= abs(value - 1) <= 0.25 for value in relative):
+            return factors
 
 
 def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
     truth, name, optional = _with_unknown(setting, Truth(setting.nominal), index, split, rng)
+    if _best_imitation(setting, truth, Truth(setting.nominal), optional, rng) < DISTINCT:
+        raise Redraw
     return truth, Answer("unknown", unknown=name, optional=optional)
 
 
@@ -156,7 +176,12 @@ def _known_unknown(
     effect = list(ACTUATOR)[index % len(ACTUATOR)]
     known = _grown(setting, Truth(setting.nominal), effect, rng)
     truth, name, optional = _with_unknown(setting, known, index, split, rng)
-    if effect in optional or not MILD <= setting.severity(truth, _without(setting, truth, effect)) <= SEVERE:
+    if effect in optional or not _distinct(setting, truth, effect, (effect,)):
+        raise Redraw
+    sizes = [setting.severity(truth, other) for other in (_without(setting, truth, effect), known)]
+    if min(sizes) < MILD or max(sizes) > min(SEVERE, UNLIKE * min(sizes)):
+        raise Redraw
+    if _best_imitation(setting, truth, known, {**optional, effect: {}}, rng) < DISTINCT:
         raise Redraw
     answer = describe(setting, "known_unknown", truth, (effect,))
     return truth, replace(answer, unknown=name, optional=optional)
@@ -165,6 +190,10 @@ def _known_unknown(
 def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
     name = list(LIBRARY)[index % len(LIBRARY)]
     truth, answer = _with_effects(setting, "left_out", (name,), rng)
+    # A wrong parameter has its twins in the answer; nothing else has an encoder's lattice
+    imitable = name in ACTUATOR and name != "encoder_quantization"
+    if imitable and _best_imitation(setting, truth, Truth(setting.nominal), {name: {}}, rng) < DISTINCT:
+        raise Redraw
     return truth, replace(answer, effects={}, withhold=name, where=[])
 
 
@@ -192,8 +221,10 @@ def _with_effects(
     truth = Truth(setting.nominal)
     for name in names:
         truth = _grown(setting, truth, name, rng)
-    for name in names if len(names) > 1 else ():
-        if not MILD <= setting.severity(truth, _without(setting, truth, name)) <= SEVERE:
+    for name in names:
+        if not MILD <= setting.severity(truth, _without(setting, truth, name)) <= 1.1 * SEVERE:
+            raise Redraw
+        if not _distinct(setting, truth, name, names):
             raise Redraw
     return truth, describe(setting, case, truth, tuple(names))
 
@@ -269,6 +300,51 @@ def _with_unknown(
 
     optional: Effects = {known: {} for known in effect.optional}
     return _of_severity(setting, truth, grow, rng, (1.5 * MILD, SEVERE)), name, optional
+
+
+def _distinct(setting: Setting, truth: Truth, name: str, names: Sequence[str]) -> bool:
+    """Whether no refit of the simulator's parameters and of the other effects imitates one of a joint's effects."""
+    others = [other for other in names if other != name and other not in DYNAMICS]
+    near = [truth.with_fields({field: 1.03 * getattr(truth.drive, field)}) for field in _fields(others)]
+    if name in ACTUATOR:
+        near += _refitted(setting, truth)
+    if name == "encoder_quantization" or not near:
+        return True
+    without = _without(setting, truth, name)
+    return unimitated(truth, truth, without, near, setting.excitations) >= DISTINCT * setting.noise[1]
+
+
+def _best_imitation(
+    setting: Setting, truth: Truth, base: Truth, allowed: Effects, rng: np.random.Generator
+) -> float:
+    """What remains, in units of noise, of the difference of a joint to `base` when one more effect may imitate it."""
+    near = _refitted(setting, base)
+    near += [base.with_fields({field: 1.03 * getattr(base.drive, field)}) for field in _fields(allowed)]
+    size = min(setting.severity(truth, base), 30.0)
+    remains = []
+    for name in [name for name in ACTUATOR if name not in allowed] * 2:  # signs and the like are drawn twice
+        try:
+            rival = _grown(setting, base, name, rng, size, size)
+        except Redraw:
+            continue
+        remains.append(unimitated(truth, base, truth, [*near, rival], setting.excitations))
+    return min(remains, default=size * setting.noise[1]) / setting.noise[1]
+
+
+def _refitted(setting: Setting, truth: Truth) -> list[Truth]:
+    """The joint with each of the simulator's parameters a little off."""
+    steps = {name: 0.02 * abs(getattr(truth.drive, name)) or 0.01 * setting.scale.torque for name in MODELLED}
+    return [truth.with_fields({name: getattr(truth.drive, name) + step}) for name, step in steps.items()]
+
+
+def _fields(names: Iterable[str]) -> list[str]:
+    """The fields of these effects that a fit could move and that are at work."""
+    return [
+        field
+        for name in names
+        for field in LIBRARY[name].parameters.values()
+        if field not in ("resolution", "teeth")
+    ]
 
 
 def _without(setting: Setting, truth: Truth, name: str) -> Truth:

@@ -67,13 +67,39 @@ def encoded(motion: np.ndarray, resolution: float) -> np.ndarray:
 def velocity_difference(truth: Truth, without: Truth, excitations: Sequence[Excitation]) -> float:
     """How far (rad/s, root mean square) the free run of one joint is from another's under the first one's commands."""
     motion, commands = record(truth, excitations, COARSE)
+    other = _analogue(without, commands, excitations)
+    resolutions = truth.drive.resolution, without.drive.resolution
+    if resolutions[0] != resolutions[1]:  # else two encoders would add what neither joint does
+        motion, other = encoded(motion, resolutions[0]), encoded(other, resolutions[1])
+    return _size((motion - other)[..., 1])
+
+
+def unimitated(
+    truth: Truth, base: Truth, target: Truth, others: Sequence[Truth], excitations: Sequence[Excitation]
+) -> float:
+    """What of the difference (rad/s, root mean square) between two joints no mixture of other changes imitates.
+
+    To first order: the velocities of `target` less those of `base`, less their projection on the differences that
+    `others` make to `base`, all under the commands of `truth`.
+    """
+    _, commands = record(truth, excitations, COARSE)
+    before = _analogue(base, commands, excitations)[..., 1].ravel()
+    change = _analogue(target, commands, excitations)[..., 1].ravel() - before
+    columns = np.stack(
+        [_analogue(other, commands, excitations)[..., 1].ravel() - before for other in others], 1
+    )
+    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
+    weights = np.linalg.lstsq(columns, change, rcond=1e-6)[0]
+    return _size(change - columns @ weights)
+
+
+def _analogue(truth: Truth, commands: np.ndarray, excitations: Sequence[Excitation]) -> np.ndarray:
+    """Motion [E, T, 2] of a joint under these commands [E, T], but for its encoder."""
     starts = np.array([[excitation.start, 0.0] for excitation in excitations])
-    given = np.stack([without.command(command) for command in commands])
-    analogue = without.drive._replace(resolution=0.0)
-    other = np.stack([without.sensor(rows) for rows in replay(analogue, given, starts, COARSE)])
-    if (
-        truth.drive.resolution != without.drive.resolution
-    ):  # else two encoders would add what neither joint does
-        motion, other = encoded(motion, truth.drive.resolution), encoded(other, without.drive.resolution)
-    difference = motion - other
-    return float(np.sqrt(np.mean(difference[..., 1] ** 2)))
+    given = np.stack([truth.command(command) for command in commands])
+    drive = truth.drive._replace(resolution=0.0)
+    return np.stack([truth.sensor(rows) for rows in replay(drive, given, starts, COARSE)])
+
+
+def _size(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
