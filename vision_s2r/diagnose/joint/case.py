@@ -28,8 +28,9 @@ FINER = 4  # times the steps, for the integrator's own error
 BLOCK = 50  # samples, at least, that count as one
 WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
 LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
-LAYERS = 3  # effects that are taken off before the noise is read off what is left
-SETTLED = 0.9  # the noise is found when one more effect leaves more than this of it
+LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
+QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
+PROMISING = 10.0  # nats
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 INCONSTANT = 0.3  # relative spread over units that a true effect's steadiest parameter does not have
 AT_BOUND = 0.01  # of the range
@@ -57,6 +58,7 @@ class JointCase:
     """
 
     kind = "joint"
+    sharp = False
     effects: ClassVar[tuple[JointEffect, ...]] = tuple(JOINT_EFFECTS)
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
     decoys: Mapping[str, str] = MEANINGS
@@ -78,6 +80,7 @@ class JointCase:
         self._lattice: Lattice | None = lattice if known else None
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.Scores] = {}
+        self._promising: set[str] = set()  # effects that seem to gain something, plausible or not
         self._prepare(lattice if lattice and not known else None, rounding)
 
     # -- the noise
@@ -107,7 +110,8 @@ class JointCase:
         self._gap = Gap(self._fitter, noise, self._lattice)
         self._labels, self._owners = uncertainty.blocks(track.unit, int(max(BLOCK, 5 / self._temper.min())))
         base = self._fitter.fit(self._base, range(self.units), NOMINAL)
-        self.silent: Mapping[str, str] = silent(self._fitter, base, self._expected / self._temper, list(self.library))
+        idle = [name for name in self.library if name not in self._promising]
+        self.silent: Mapping[str, str] = silent(self._fitter, base, self._expected / self._temper, idle)
 
     @property
     def _base(self) -> Names:
@@ -127,24 +131,28 @@ class JointCase:
 
     def _quietest(self) -> tuple[Hypothesis, np.ndarray]:
         """The noise's variance [channels], read off what is left once the largest effects are taken off."""
-        units = range(self.units)
-        lengths = self.track.lengths
+        units, lengths = range(self.units), self.track.lengths
         best = self._fitter.fit(self._base, units, NOMINAL)
-        noise = fast_variance(self._fitter.residuals(best, units), lengths)
+        residuals = self._fitter.residuals(best, units)
+        noise = fast_variance(residuals, lengths)
         for _ in range(LAYERS):
             free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})
             gains = self._fitter.gains(best, free, units)
-            name = max(free, key=lambda each: gains[each], default=None)
-            if name is None or gains[name] < 10:
+            self._promising |= {name for name in free if gains[name] > PROMISING}
+            if not free or self._quiet(best, residuals, noise):
                 break
-            more = self._fitter.fit(names_of(best) | {name}, units, best)
-            quieter = fast_variance(self._fitter.residuals(more, units), lengths)
-            settled = (quieter > SETTLED * noise).all()
-            noise = np.minimum(noise, quieter)
-            best = more
-            if settled:
+            name = max(free, key=lambda each: gains[each])
+            if gains[name] < PROMISING:
                 break
+            best = self._fitter.fit(names_of(best) | {name}, units, best)
+            residuals = self._fitter.residuals(best, units)
+            noise = np.minimum(noise, fast_variance(residuals, lengths))
         return best, noise
+
+    def _quiet(self, hypothesis: Hypothesis, residuals: np.ndarray, noise: np.ndarray) -> bool:
+        """Whether these residuals are about as large as noise makes them."""
+        squares = np.minimum(residuals[self.track.unit >= 0] ** 2, WINSOR * noise).mean(axis=0)
+        return bool((squares < QUIET * noise * inflation(self._fitter, hypothesis, noise)).all())
 
     def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:
         coarse, fitter = self._fitter.residuals(hypothesis, range(self.units)), self._fitter
@@ -211,10 +219,11 @@ class JointCase:
 
     def simplify(self, names: Names) -> Sequence[Names]:
         """A torque constant for several nominal parameters that are scaled together."""
-        scaled = names & {"inertia", "viscous_damping", "coulomb_friction", "gravity_torque", "bias_torque"}
+        scaled = names & {"inertia", "viscous_damping", "coulomb_friction"}
         if "torque_constant" not in self.library or len(scaled) < 2:
             return []
-        return [(names - scaled) | {"torque_constant"}]
+        # Everything else scaled is a torque constant, up to the scale: one of them stays nominal, the others may differ.
+        return [(names | self.refitted) - {name} | {"torque_constant"} for name in sorted(scaled)]
 
     def twins(self, name: str) -> Names:
         """Effects that may pass for this one."""

@@ -18,6 +18,7 @@ from vision_s2r.joint import DYNAMICS
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
 ROUGH = frozenset({"backlash"})  # their likelihood has ripples, of impacts
 FINE_STRIDES = (3.0, 1.0, 0.3)  # over such ripples, near the optimum
+LONG_STRIDE = 10.0
 SOFT = 400.0  # times the floor's variance: blurs ripples
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the units
 FOLLOWED = 2  # starts of an effect that are followed
@@ -129,6 +130,10 @@ class Fitter:
     def _finish(self, space: Space, data: Data, point: np.ndarray, iterations: int = 12) -> Hypothesis:
         strides = FINE_STRIDES if ROUGH & set(space.effects) else (1.0,)
         fitted = minimise(self.observer, space, data, point, iterations, strides)
+        if not set(space.effects) <= set(DYNAMICS):  # valleys with kinks in them: what a long stride finds
+            longer = minimise(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,))
+            if longer.cost < fitted.cost - 0.1:
+                fitted = minimise(self.observer, space, data, longer.point, iterations, strides)
         return space.hypothesis(fitted.point, self.resolution, {SCALE: fitted.scale})
 
     def _screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
