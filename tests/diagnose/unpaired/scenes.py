@@ -7,7 +7,7 @@ import torch
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.recording import CameraRecording
 
-SIZE = 96
+SIZE = 72
 
 
 def scenes(count: int, seed: int, place: int = 0) -> np.ndarray:

@@ -29,7 +29,9 @@ DECOYS = {  # each moves the statistics of its group at will
 _GROUP = dict(zip(("tone", "position", "spectrum", "noise"), DECOYS, strict=True))
 _LEAST_SEEN = 0.9  # of the simulator's pictures must mean a pixel for it to count
 _LEAST_REGION = 0.2  # of the pixels must count
-_MOST_PICTURES = 48  # of the simulator's that are used: more cost time and tell little
+_MOST_PICTURES, _LEAST_PICTURES = 48, 8  # of the simulator's that are used: more cost time and tell little
+_STANDARD = 12.0  # pictures that a comparison of two sets of 24 is worth
+_PIXELS = 1_500_000  # that these may have in all, but for the least number of them
 
 
 class UnpairedCase:
@@ -40,6 +42,7 @@ class UnpairedCase:
     """
 
     kind = "camera"
+    sharp = True
     effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "statistics_distance"
@@ -66,14 +69,16 @@ class UnpairedCase:
         if recording.grey and "white_balance" in library:
             self.silent["white_balance"] = "the pictures are grey"
         found = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
+        self._lattice_would_show = recording.bits == 8
         self.certain = {"jpeg_compression": found[1]} if found else {}
         fixed = {"jpeg_compression": {"quality": float(found[0])}} if found else {}
-        simulated = SimulatedSet(recording, self._summary, _MOST_PICTURES)
+        most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
+        pictures = SimulatedSet(recording, self._summary, most)
         focal = DEFAULT_FOCAL_LENGTH * width if recording.intrinsics is None else float(recording.intrinsics[:2].mean())
-        worth = 1 / (1 / self.units + 1 / len(simulated))
+        worth = 1 / (1 / self.units + 1 / len(pictures))
         names = frozenset(library) - frozenset(self.silent)
         start = reference(
-            self._real, simulated, self._summary.statistics, Optics(width, height, focal), worth, fixed, names
+            self._real, pictures, self._summary.statistics, Optics(width, height, focal), worth, fixed, names
         )
         self._fitter, self._proposed = start.fitter, start.proposed
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
@@ -101,12 +106,12 @@ class UnpairedCase:
         return [np.array([-0.5 * weight * float(row @ row)]) for row in white]
 
     def excess(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
-        """Mean squared distance [units] from the simulator's mean, over that from the other real pictures, plus 1."""
-        return (
-            1
-            + (self._white(hypothesis, units) ** 2).mean(1)
-            - (self._fitter.scatter.whitened(self._own(units)) ** 2).mean(1)
-        )
+        """1 and how much further [units] a picture is from the simulator's mean than from that of the real ones.
+
+        In the variances between pictures, scaled so that chance makes as much of it whatever the number of pictures.
+        """
+        far, own = self._white(hypothesis, units), self._fitter.scatter.whitened(self._own(units))
+        return 1 + (self._fitter.pictures / _STANDARD) * ((far**2).mean(1) - (own**2).mean(1))
 
     def error(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
         """Mean over the statistics of the squared distance [units] from the simulator's mean, in deviations."""
@@ -137,6 +142,8 @@ class UnpairedCase:
         return {name: self._gain(target, free, hypothesis, name) for name in names}
 
     def _gain(self, target: np.ndarray, free: np.ndarray, hypothesis: Hypothesis, name: str) -> float:
+        if name == "jpeg_compression" and self._lattice_would_show:
+            return 0.0
         if name in self.decoys:
             difference = target - self._fitter.mean(hypothesis.values)
             more = free | self._free(frozenset({name}))

@@ -151,7 +151,7 @@ class Fitter:
             else:
                 break
             gained, now, loss, damping = loss - trial_loss, trial, trial_loss, damping / 10
-            if gained < 0.02 or np.abs(move).max() < 0.02:
+            if gained < max(0.02, 1e-3 * loss) or np.abs(move).max() < 0.02:
                 break
         return now
 

@@ -8,7 +8,7 @@ from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.case import Names
 from vision_s2r.diagnose.unpaired.fitting import Fitter
 from vision_s2r.diagnose.unpaired.scatter import scatter, tolerance
-from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
+from vision_s2r.diagnose.unpaired.simulated import BASE_NOISE, SimulatedSet
 from vision_s2r.diagnose.unpaired.space import Values, negligible, smooth
 from vision_s2r.diagnose.unpaired.summary import Statistic
 
@@ -37,6 +37,7 @@ def reference(
     target = real.mean(0)
     fitter = _fitter(real, simulated, statistics, optics, worth, fixed, {})
     values = _everything(fitter, target, names)
+    simulated = _with_likeliest_noise(fitter, target, values)
     fitter = _fitter(real, simulated, statistics, optics, worth, fixed, values)
     return Reference(fitter, _eliminated(fitter, target, values))
 
@@ -52,9 +53,17 @@ def _fitter(
 ) -> Fitter:
     taken = simulated.statistics(values)
     shift = real.mean(0) - simulated.statistics({}).mean(0)
-    base = simulated.base_noise_slope(values)
+    base = simulated.base_noise_doubt(values)
     wrong = np.diag(tolerance(statistics, shift)) + np.outer(base, base)
     return Fitter(simulated, scatter(real, taken, wrong), optics, worth, fixed)
+
+
+def _with_likeliest_noise(fitter: Fitter, target: np.ndarray, values: Values) -> SimulatedSet:
+    """The simulator's set with the base noise that goes best with a camera."""
+    free = np.zeros(len(target), dtype=bool)
+    sets = [fitter.simulated.with_base_noise(level) for level in BASE_NOISE]
+    losses = [fitter.loss(target - each.statistics(values).mean(0), free) for each in sets]
+    return sets[int(np.argmin(losses))]
 
 
 def _everything(fitter: Fitter, target: np.ndarray, names: Names) -> dict[str, dict[str, float]]:

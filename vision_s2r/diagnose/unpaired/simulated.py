@@ -12,8 +12,8 @@ from vision_s2r.diagnose.unpaired.summary import Summary
 from vision_s2r.recording import CameraRecording
 
 Values = Mapping[str, Mapping[str, float]]
-BASE_NOISE = 0.5 / 255  # that any camera has, of coded values; no effect
-BASE_RANGE = (0.35 / 255, 0.65 / 255)  # what it may be instead
+BASE_NOISE = (0.0, 0.25 / 255, 0.5 / 255, 0.75 / 255)  # that any camera may have, of coded values; no effect
+_DOUBT = 0.15 / 255  # of it
 KEPT = 4000  # predictions remembered
 
 
@@ -23,8 +23,9 @@ class SimulatedSet:
     Thread-safe: two threads at most compute a prediction twice.
     """
 
-    def __init__(self, recording: CameraRecording, summary: Summary, most: int) -> None:
-        """Of at most `most` of its pictures, evenly chosen."""
+    def __init__(self, recording: CameraRecording, summary: Summary, most: int, base_noise: float = 0.5 / 255) -> None:
+        """Of at most `most` of its pictures, evenly chosen, with `base_noise` of a camera without noise effects."""
+        self._recording, self._most, self._base = recording, most, base_noise
         self._summary = summary
         chosen = np.linspace(0, len(recording.sim) - 1, min(len(recording.sim), most)).round().astype(int)
         self._pictures = torch.from_numpy(recording.sim[chosen]).permute(0, 3, 1, 2).contiguous()
@@ -52,14 +53,18 @@ class SimulatedSet:
             self._known[key] = self._summary(self.taken(values, chosen))
         return self._known[key]
 
-    def base_noise_slope(self, values: Values) -> np.ndarray:
-        """Change of the mean statistics [K] between two levels of noise that any camera may have."""
-        everything = range(len(self))
-        less, more = (self._summary(self.taken(values, everything, level)) for level in BASE_RANGE)
-        return (more - less).mean(0) / 2
+    def with_base_noise(self, level: float) -> "SimulatedSet":
+        """The same set with another noise of a camera without noise effects."""
+        return SimulatedSet(self._recording, self._summary, self._most, level)
+
+    def base_noise_doubt(self, values: Values) -> np.ndarray:
+        """Standard deviation of the mean statistics [K], all moving together, since that noise is not known exactly."""
+        less, more = max(self._base - _DOUBT, 0.0), self._base + _DOUBT
+        statistics = [self.with_base_noise(level).statistics(values) for level in (less, more)]
+        return (statistics[1] - statistics[0]).mean(0) * (_DOUBT / (more - less))
 
     @torch.no_grad()
-    def taken(self, values: Values, pictures: Sequence[int], base: float = BASE_NOISE) -> Tensor:
+    def taken(self, values: Values, pictures: Sequence[int]) -> Tensor:
         """The pictures [B, 3, H, W] that a camera with these effects takes, rounded as the recording's are."""
         chosen = list(pictures)
         before = {name: given for name, given in values.items() if name != "jpeg_compression"}
@@ -68,7 +73,7 @@ class SimulatedSet:
         seen = self._camera(self._pictures[chosen], parameters, intrinsics=intrinsics)
         if self._grey:
             seen = seen[:, :1].expand_as(seen)  # the noise of one channel, not of three
-        coded = ((seen + base * self._noise[chosen]).clamp(0, 1) * self._full).round() / self._full
+        coded = ((seen + self._base * self._noise[chosen]).clamp(0, 1) * self._full).round() / self._full
         if "jpeg_compression" not in values:
             return coded
         return libjpeg(coded, torch.full((len(chosen),), values["jpeg_compression"]["quality"]))
