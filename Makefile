@@ -22,7 +22,7 @@ demo: setup ## render, train, evaluate, in at most 15 minutes: outputs/demo/inde
 	$(BIN)/python scripts/run.py experiment=demo
 
 test: setup ## the tests, without the long ones
-	$(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile
 
 test-all: setup ## every test
 	$(BIN)/python -m pytest

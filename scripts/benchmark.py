@@ -1,10 +1,7 @@
 """Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp|joint [KEY=VALUE …]`."""
 
-import sys
-
-from vision_s2r.cli import compose, or_exit
+from vision_s2r.cli import choose, compose
 from vision_s2r.config import Config
-from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import forms
 from vision_s2r.joint import benchmark as joint_benchmark
 from vision_s2r.render import Views
@@ -29,15 +26,5 @@ def joint(overrides: list[str]) -> None:
     joint_benchmark.run(compose(Config, overrides=overrides).seed)
 
 
-BENCHMARKS = {"render": render, "grasp": grasp, "joint": joint}
-
-
-def _run(arguments: list[str]) -> None:
-    name = arguments[0] if arguments else ""
-    if name not in BENCHMARKS:
-        raise UserError(f"benchmark '{name}': {nearest(name, BENCHMARKS)}")
-    BENCHMARKS[name](arguments[1:])
-
-
 if __name__ == "__main__":
-    or_exit(lambda: _run(sys.argv[1:]))
+    choose("benchmark", {"render": render, "grasp": grasp, "joint": joint})

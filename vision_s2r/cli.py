@@ -6,7 +6,7 @@ Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
 import logging
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -74,6 +74,18 @@ def or_exit(task: Callable[[], Any]) -> None:
     except KeyboardInterrupt:
         print("interrupted: the same command goes on where it stopped", file=sys.stderr)
         sys.exit(130)
+
+
+def choose(what: str, tasks: Mapping[str, Callable[[list[str]], Any]]) -> None:
+    """Run the task that the first argument names with the arguments after it."""
+
+    def run() -> None:
+        name, *overrides = sys.argv[1:] or [""]
+        if name not in tasks:
+            raise UserError(f"{what} '{name}': {nearest(name, tasks)}")
+        tasks[name](overrides)
+
+    or_exit(run)
 
 
 def _explain(message: str, base: DictConfig) -> str:

@@ -139,9 +139,7 @@ def test_declared_twins_count_apart_from_exact_sets() -> None:
 
 
 def test_degenerate_descriptions_of_the_same_size_are_the_same_answer() -> None:
-    truth = answer(
-        effects={"inertia": {}, "cogging": {}}, twins=[["cogging", "torque_constant"], ["a", "b", "c"]]
-    )
+    truth = answer(effects={"inertia": {}, "cogging": {}}, twins=[["cogging", "torque_constant"], ["a", "b", "c"]])
     assert scored(truth, report("explained", "torque_constant", "cogging")).exact
     assert scored(truth, report("explained", "a", "b", "c")).twin
     assert not scored(truth, report("explained", "cogging")).exact

@@ -71,13 +71,13 @@ def test_the_other_forms_learn(form: str, steps: int, batch: int, auc: float, tm
 
 
 def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
-    policy, seeds = GraspPolicy.load(crop), torch.arange(60)
-    together = policy.act(*inputs(), seeds)
-    assert torch.equal(policy.act(*inputs(), seeds).actions, together.actions)
-    alone = policy.act(*(t[7:8] for t in inputs()), seeds[7:8])
+    policy, seeds, given = GraspPolicy.load(crop), torch.arange(9), [t[:9] for t in inputs()]
+    together = policy.act(*given, seeds)
+    assert torch.equal(policy.act(*given, seeds).actions, together.actions)
+    alone = policy.act(*(t[7:8] for t in given), seeds[7:8])
     torch.testing.assert_close(alone.actions[0], together.actions[7], atol=1e-4, rtol=0)
-    floats = inputs()[0].movedim(-1, 1).float() / 255
-    torch.testing.assert_close(policy.act(floats, *inputs()[1:], seeds).q, together.q, atol=1e-4, rtol=0)
+    floats = given[0].movedim(-1, 1).float() / 255
+    torch.testing.assert_close(policy.act(floats, *given[1:], seeds).q, together.q, atol=1e-4, rtol=0)
 
 
 def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
@@ -91,7 +91,8 @@ def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
         before = build(cfg).front.state_dict()
     assert all(not torch.equal(found.tensors[f"q_function.front.{name}"], before[name]) for name in before)
     real = HELD_OUT.tensors["real"][:, MARGIN:-MARGIN, MARGIN:-MARGIN]
-    assert GraspPolicy.load(found.path).act(real, *inputs()[1:], torch.arange(60)).actions.shape == (60, 3)
+    few = [t[:6] for t in (real, *inputs()[1:])]
+    assert GraspPolicy.load(found.path).act(*few, torch.arange(6)).actions.shape == (6, 3)
 
 
 def test_the_front_s_rectifier_is_told_where_the_camera_looks(tmp_path: Path) -> None:
@@ -128,8 +129,8 @@ def test_negatives_teach_what_no_attempt_has_shown(tmp_path: Path) -> None:
 
 def test_source_and_canonical_together(tmp_path: Path, crop: Path) -> None:
     policy = GraspPolicy.load(trained(tmp_path, config(steps=4, with_source=True, validate_on="real")))
-    pictures, seeds = inputs(), torch.arange(60)
-    assert policy.act(*pictures, seeds, source=pictures[0]).q.shape == (60,)
+    pictures, seeds = [t[:6] for t in inputs()], torch.arange(6)
+    assert policy.act(*pictures, seeds, source=pictures[0]).q.shape == (6,)
     with pytest.raises(UserError, match="with source pictures"):
         policy.act(*pictures, seeds)
     with pytest.raises(UserError, match="without source pictures"):
@@ -189,9 +190,9 @@ def test_compared_forms_get_the_same_time_and_try_their_grasps(tmp_path: Path) -
         tried.append(index)
         return index % 3 == 0
 
-    found = compare_forms(forms, Bars(60, 0), HELD_OUT, attempt, 0.01, tmp_path, 0)
-    assert list(found) == ["crop", "dense"] and tried == [*range(60), *range(60)]
-    assert all(result.successes == 20 and result.steps > 0 for result in found.values())
+    found = compare_forms(forms, Bars(60, 0), Bars(12, 1), attempt, 0.01, tmp_path, 0)
+    assert list(found) == ["crop", "dense"] and tried == [*range(12), *range(12)]
+    assert all(result.successes == 4 and result.steps > 0 for result in found.values())
     assert found["crop"].metrics["auc"] > 0
 
 

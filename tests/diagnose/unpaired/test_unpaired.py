@@ -83,6 +83,7 @@ def test_a_tone_that_no_effect_gives_stays_without_a_name() -> None:
     assert not {each["name"] for each in result["effects"]} & {"defocus_blur", "vignetting", "jpeg_compression"}
 
 
+@pytest.mark.slow
 def test_withheld_blur_is_unknown_or_its_twin() -> None:
     blurs = {"defocus_blur", "motion_blur", "low_resolution"}
     result = diagnosed(recording({"defocus_blur": {"radius": 2.5}}, 6), without=sorted(blurs))

@@ -33,9 +33,7 @@ def judge(cfg: GapbenchConfig) -> Path:
         "recordings": [asdict(each) for each in scores],
     }
     write_json(out / "results.json", results)
-    title = (
-        f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
-    )
+    title = f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
     text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
     write_text(out / "table.md", text)
     pictures.save(pictures.confusion(scores), out / "confusion.png")
@@ -50,9 +48,7 @@ def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
     for name, promised in commitments.items():
         entry = sealed.get(name)
         if entry is None or commitment(entry["salt"], entry["answer"]) != promised:
-            raise UserError(
-                f"{out / 'sealed.json'}: the answer to {name} is not the one that was committed to"
-            )
+            raise UserError(f"{out / 'sealed.json'}: the answer to {name} is not the one that was committed to")
     return {name: entry["answer"] for name, entry in sealed.items()}
 
 
@@ -67,17 +63,11 @@ def _mistakes(scores: list[Score]) -> str:
     """What was not exact, by case, for people."""
     lines = []
     for each in scores:
-        wrong = (
-            each.failed or bool(each.false) or not each.verdict_right or not (each.exact or each.recognised)
-        )
+        wrong = each.failed or bool(each.false) or not each.verdict_right or not (each.exact or each.recognised)
         if wrong and not each.recognised:
             truth = " + ".join(each.expected) or each.unknown or "nothing"
-            lines.append(
-                f"- {each.id} {each.case}: {truth} → {each.verdict}, {' + '.join(each.named) or 'no name'}"
-            )
+            lines.append(f"- {each.id} {each.case}: {truth} → {each.verdict}, {' + '.join(each.named) or 'no name'}")
     if not lines:
         return ""
     cases = ", ".join(f"{case} {count}" for case, count in sorted(Counter(s.case for s in scores).items()))
-    return (
-        f"\nMistakes among {cases}:\n\n" + "\n".join(sorted(lines, key=lambda line: line.split()[2])) + "\n"
-    )
+    return f"\nMistakes among {cases}:\n\n" + "\n".join(sorted(lines, key=lambda line: line.split()[2])) + "\n"

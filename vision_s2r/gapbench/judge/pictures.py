@@ -26,9 +26,7 @@ def confusion(scores: Sequence[Score]) -> Figure | None:
     for true, said in pairs:
         counts[rows.index(true), columns.index(said)] += 1
     shares = counts / counts.sum(axis=1, keepdims=True)
-    figure, axes = plt.subplots(
-        figsize=(0.45 * len(columns) + 3, 0.4 * len(rows) + 2.5), layout="constrained"
-    )
+    figure, axes = plt.subplots(figsize=(0.45 * len(columns) + 3, 0.4 * len(rows) + 2.5), layout="constrained")
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1)
     for row, column in np.argwhere(counts):
         colour = "white" if shares[row, column] > 0.6 else "black"
@@ -64,9 +62,7 @@ def estimates(scores: Sequence[Score]) -> Figure | None:
         return None
     across = min(6, len(panels))
     down = -(-len(panels) // across)
-    figure, grid = plt.subplots(
-        down, across, figsize=(2.3 * across, 2.3 * down), layout="constrained", squeeze=False
-    )
+    figure, grid = plt.subplots(down, across, figsize=(2.3 * across, 2.3 * down), layout="constrained", squeeze=False)
     for axes in grid.flat[len(panels) :]:
         axes.axis("off")
     for axes, ((effect, parameter), found) in zip(grid.flat, sorted(panels.items()), strict=False):

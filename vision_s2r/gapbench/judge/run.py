@@ -17,7 +17,7 @@ import joblib
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.gapbench.files import read_json, write_json
-from vision_s2r.gapbench.progress import tracked
+from vision_s2r.progress import tracked
 
 _DIAGNOSE = Path(__file__).resolve().parents[3] / "scripts" / "diagnose.py"
 _LAST_WORDS = 2000  # characters

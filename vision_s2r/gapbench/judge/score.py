@@ -58,9 +58,7 @@ class Score:
     parameters: list[ParameterScore] = field(default_factory=list)
 
 
-def score(
-    name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float
-) -> Score:
+def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float) -> Score:
     """Score a report; None: the diagnosis failed, and everything that the case defines is wrong."""
     case = answer["case"]
     silent: dict[str, Any] = {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
@@ -166,9 +164,7 @@ def _shrink_ratio(report: Mapping[str, Any], answer: Mapping[str, Any]) -> float
     return float(report["gap"]["shrink"] or 0.0) / float(answer["shrink"])
 
 
-def _parameter_scores(
-    report: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]
-) -> Iterator[ParameterScore]:
+def _parameter_scores(report: Mapping[str, Any], truth: Mapping[str, Mapping[str, float]]) -> Iterator[ParameterScore]:
     """Errors relative to the true value; of an angle to half a turn; of parameters of one unit to the largest of them.
 
     (A yaw of zero beside a pitch of one degree is not infinitely wrong, nor is a k2 of nothing beside a large k1.)

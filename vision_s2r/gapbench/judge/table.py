@@ -38,9 +38,7 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
         _share("source right", (s.source_right for s in scores if s.case != "known_unknown"), (0.99, 1)),
         _share("location right, where the effect has one", (s.location_right for s in scores)),
         _share("verdict right", (s.verdict_right for s in scores)),
-        _median(
-            "median parameter error", (p.error for p in parameters), (0, 0.03 if kind == "joint" else 0.05)
-        ),
+        _median("median parameter error", (p.error for p in parameters), (0, 0.03 if kind == "joint" else 0.05)),
         _share("intervals that cover the truth", (p.covered for p in parameters), (0.90, 0.98)),
         _median("shrink over the true effect's own", every, (0.95, np.inf)),
         _median("shrink over the true effect's own, exact sets", shrinks),
@@ -87,12 +85,8 @@ def _unknowns(scores: Sequence[Score]) -> list[Total | None]:
             (0.95, 1),
         ),
         _share("effect left out of the library: unknown, or a twin", of("left_out", lambda s: s.recognised)),
-        _share(
-            "a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)
-        ),
-        _share(
-            "effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)
-        ),
+        _share("a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)),
+        _share("effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)),
     ]
 
 

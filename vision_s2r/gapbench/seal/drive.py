@@ -182,9 +182,7 @@ def _plus(y: State, h: float, k: State) -> State:
 
 
 @njit(cache=True)
-def _runge_kutta(
-    t: float, y: State, h: float, current: float, direction: float, side: int, p: Drive
-) -> State:
+def _runge_kutta(t: float, y: State, h: float, current: float, direction: float, side: int, p: Drive) -> State:
     k1 = _slope(t, y, current, direction, side, p)
     k2 = _slope(t + h / 2, _plus(y, h / 2, k1), current, direction, side, p)
     k3 = _slope(t + h / 2, _plus(y, h / 2, k2), current, direction, side, p)
@@ -266,9 +264,7 @@ def _command(k: int, shown: np.ndarray, loop: Loop) -> float:
 
 
 @njit(cache=True, nogil=True)
-def run(
-    p: Drive, loop: Loop, first: np.ndarray, sample_time: float, step: float
-) -> tuple[np.ndarray, np.ndarray]:
+def run(p: Drive, loop: Loop, first: np.ndarray, sample_time: float, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Free run from `first` (rad, rad/s): the load's position and velocity [T, 2], and the commands [T] (A).
 
     Row k is the state at k · sample_time, before command k acts; no sensor is between.

@@ -142,9 +142,7 @@ def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) ->
 def _all_nominal(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
     """Every value that is not zero 5 to 25 % off, as a whole and relative to the torque constant."""
     factors = _factors([name for name in MODELLED if getattr(setting.nominal, name)], rng)
-    off = setting.nominal._replace(
-        **{name: getattr(setting.nominal, name) * f for name, f in factors.items()}
-    )
+    off = setting.nominal._replace(**{name: getattr(setting.nominal, name) * f for name, f in factors.items()})
     name = list(ACTUATOR)[index % len(ACTUATOR)]
     truth = _grown(setting, Truth(off), name, rng)
     if not _distinct(setting, truth, name, (name,)):
@@ -169,9 +167,7 @@ def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator)
     return truth, Answer("unknown", unknown=name, optional=optional)
 
 
-def _known_unknown(
-    setting: Setting, index: int, split: str, rng: np.random.Generator
-) -> tuple[Truth, Answer]:
+def _known_unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Truth, Answer]:
     """An unknown effect and one of the drive, each in turn."""
     effect = list(ACTUATOR)[index % len(ACTUATOR)]
     known = _grown(setting, Truth(setting.nominal), effect, rng)
@@ -214,9 +210,7 @@ _DRAWN: dict[str, Callable[..., tuple[Truth, Answer]]] = {
 # Growing effects to a severity
 
 
-def _with_effects(
-    setting: Setting, case: str, names: Sequence[str], rng: np.random.Generator
-) -> tuple[Truth, Answer]:
+def _with_effects(setting: Setting, case: str, names: Sequence[str], rng: np.random.Generator) -> tuple[Truth, Answer]:
     """A joint with these effects, each of which shows beside the others."""
     truth = Truth(setting.nominal)
     for name in names:
@@ -314,9 +308,7 @@ def _distinct(setting: Setting, truth: Truth, name: str, names: Sequence[str]) -
     return unimitated(truth, truth, without, near, setting.excitations) >= DISTINCT * setting.noise[1]
 
 
-def _best_imitation(
-    setting: Setting, truth: Truth, base: Truth, allowed: Effects, rng: np.random.Generator
-) -> float:
+def _best_imitation(setting: Setting, truth: Truth, base: Truth, allowed: Effects, rng: np.random.Generator) -> float:
     """What remains, in units of noise, of the difference of a joint to `base` when one more effect may imitate it."""
     near = _refitted(setting, base)
     near += [base.with_fields({field: 1.03 * getattr(base.drive, field)}) for field in _fields(allowed)]
@@ -340,10 +332,7 @@ def _refitted(setting: Setting, truth: Truth) -> list[Truth]:
 def _fields(names: Iterable[str]) -> list[str]:
     """The fields of these effects that a fit could move and that are at work."""
     return [
-        field
-        for name in names
-        for field in LIBRARY[name].parameters.values()
-        if field not in ("resolution", "teeth")
+        field for name in names for field in LIBRARY[name].parameters.values() if field not in ("resolution", "teeth")
     ]
 
 
@@ -359,8 +348,7 @@ def _without(setting: Setting, truth: Truth, name: str) -> Truth:
 def _effects(drive: Drive, names: Sequence[str]) -> Effects:
     """The parameters of these effects, in the vocabulary's names."""
     return {
-        name: {key: float(getattr(drive, field)) for key, field in LIBRARY[name].parameters.items()}
-        for name in names
+        name: {key: float(getattr(drive, field)) for key, field in LIBRARY[name].parameters.items()} for name in names
     }
 
 
@@ -413,9 +401,7 @@ def _recorded(setting: Setting, truth: Truth, answer: Answer, rng: np.random.Gen
     tell: dict[str, Any] = {
         "noise": dict(zip(("position", "velocity"), setting.noise, strict=True)),
         "excitation": [excitation.form for excitation in setting.excitations],
-        "machine": {
-            k: float(v) for k, v in truth.drive._asdict().items() if v != Drive._field_defaults.get(k)
-        },
+        "machine": {k: float(v) for k, v in truth.drive._asdict().items() if v != Drive._field_defaults.get(k)},
     }
     severity, shrink = _gap(setting, truth, answer, measured, shown, commands)
     answer = replace(answer, severity=severity, shrink=shrink, notes=tell)
@@ -440,9 +426,7 @@ def _gap(
     floor = distance(shown)
     shrink = None
     if answer.effects:
-        after = distance(
-            replay(truth.drive if not answer.unknown else _known_part(setting, answer), commands, first)
-        )
+        after = distance(replay(truth.drive if not answer.unknown else _known_part(setting, answer), commands, first))
         shrink = (before - after) / (before - floor)
     return before / floor, shrink
 

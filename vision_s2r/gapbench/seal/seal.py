@@ -22,8 +22,8 @@ import numpy as np
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import KINDS, GapbenchConfig
 from vision_s2r.gapbench.files import commitment, read_json, write_json
-from vision_s2r.gapbench.progress import tracked
 from vision_s2r.gapbench.seal.base import CASES, SPLITS
+from vision_s2r.progress import tracked
 
 FORMAT = "vision-s2r/gapbench/1"
 
@@ -44,14 +44,10 @@ def seal(cfg: GapbenchConfig) -> Path:
     (out / "recordings").mkdir(parents=True, exist_ok=True)
     jobs = [(case, index) for case, count in drawn["counts"].items() for index in range(count)]
     parallel = joblib.Parallel(n_jobs=cfg.jobs, return_as="generator")
-    machines = parallel(
-        joblib.delayed(_one)(cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs
-    )
+    machines = parallel(joblib.delayed(_one)(cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
     answers = dict(sorted(tracked(machines, len(jobs), f"seal {cfg.kind} {cfg.set}")))
     salts = {name: secrets.token_hex(16) for name in answers}
-    write_json(
-        out / "sealed.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers}
-    )
+    write_json(out / "sealed.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers})
     promised = {name: commitment(salts[name], answers[name]) for name in answers}
     withheld = {name: answer["withhold"] for name, answer in answers.items() if answer["withhold"]}
     write_json(out / "commitments.json", {**drawn, "commitments": promised, "withheld": withheld})

@@ -30,9 +30,7 @@ class Truth:
         return replace(self, drive=self.drive._replace(**fields))
 
 
-def record(
-    truth: Truth, excitations: Sequence[Excitation], longest: float = FINE
-) -> tuple[np.ndarray, np.ndarray]:
+def record(truth: Truth, excitations: Sequence[Excitation], longest: float = FINE) -> tuple[np.ndarray, np.ndarray]:
     """Motion [E, T, 2] (rad, rad/s) as a noiseless analogue sensor sees it, and what was commanded [E, T] (A)."""
     motion, commands = [], []
     step = step_of(truth.drive, longest)
@@ -50,8 +48,7 @@ def replay(drive: Drive, commands: np.ndarray, first: np.ndarray, longest: float
     """Free run of these commands [E, T] (A) from these states [E, 2]: what an encoder would show [E, T, 2]."""
     step = step_of(drive, longest)
     rows = [
-        run(drive, played(command), start, SAMPLE_TIME, step)[0]
-        for command, start in zip(commands, first, strict=True)
+        run(drive, played(command), start, SAMPLE_TIME, step)[0] for command, start in zip(commands, first, strict=True)
     ]
     return encoded(np.stack(rows), drive.resolution)
 
@@ -85,9 +82,7 @@ def unimitated(
     _, commands = record(truth, excitations, COARSE)
     before = _analogue(base, commands, excitations)[..., 1].ravel()
     change = _analogue(target, commands, excitations)[..., 1].ravel() - before
-    columns = np.stack(
-        [_analogue(other, commands, excitations)[..., 1].ravel() - before for other in others], 1
-    )
+    columns = np.stack([_analogue(other, commands, excitations)[..., 1].ravel() - before for other in others], 1)
     columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
     weights = np.linalg.lstsq(columns, change, rcond=1e-6)[0]
     return _size(change - columns @ weights)
