@@ -35,6 +35,7 @@ class Curves:
     withheld: Names = frozenset()
     certain: Mapping[str, float] = field(default_factory=dict)
     silent: Mapping[str, str] = field(default_factory=dict)
+    sharp: bool = True
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})
     decoys: Mapping[str, str] = field(default_factory=lambda: {"anything smooth": "a smooth curve"})

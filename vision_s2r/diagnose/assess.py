@@ -29,8 +29,11 @@ class Assessment:
 
     @property
     def rest(self) -> float:
-        """Mean excess over the floor, in units of the noise's variance; about 0 where nothing is left."""
-        return float(self.excess.mean()) - 1
+        """Excess over the floor, in units of the noise's variance; about 0 where nothing is left.
+
+        The geometric mean over units: one in which something else goes wrong does not drown the others.
+        """
+        return float(np.exp(np.log(self.excess.clip(1e-12)).mean())) - 1
 
 
 @dataclass(frozen=True)
@@ -84,10 +87,10 @@ class Assessor:
     def gain(self, more: Assessment, less: Assessment) -> Gain:
         """What `more` has over `less`.
 
-        Where both leave more than noise, the likelihood is overconfident by that much: it is divided by the smaller
-        excess, as in the quasi-likelihood criteria (Burnham and Anderson 2002, section 2.5).
+        Where both leave more than noise, a likelihood of fixed sharpness is overconfident by that much: it is divided
+        by the smaller excess, as in the quasi-likelihood criteria (Burnham and Anderson 2002, section 2.5).
         """
-        dispersion = max(1.0, 1 + min(more.rest, less.rest))
+        dispersion = max(1.0, 1 + min(more.rest, less.rest)) if self.case.sharp else 1.0
         difference = (more.loglik - less.loglik) / dispersion
         relief = less.rest - more.rest
         return Gain(

@@ -53,18 +53,34 @@ class Case(Protocol):
     """
 
     kind: str  # joint | camera
-    library: Mapping[str, Effect]  # the effects that may be named; withheld ones are not there
     units: int
-    # Effects refitted under every hypothesis: the nominal parameters that may merely be wrong (none of a camera's).
-    refitted: Names
-    # Flexible unknowns that no effect of the library is, fitted by name as effects are: "torque of velocity", "row
-    # pattern". By name, what they mean, for people: "a torque that depends on velocity".
-    decoys: Mapping[str, str]
     metric: str  # of the gap: velocity_rmse
     unit: str  # of the gap: rad/s
     described: str  # which quantity is compared, over which horizon, in a sentence
-    certain: Mapping[str, float]  # effects that a signature proves by itself (a lattice): evidence in nats
-    silent: Mapping[str, str]  # effects that this recording could not have shown, and why, in a few words
+    sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are
+
+    @property
+    def library(self) -> Mapping[str, Effect]:
+        """The effects that may be named; withheld ones are not there."""
+
+    @property
+    def refitted(self) -> Names:
+        """Effects refitted under every hypothesis: nominal parameters that may merely be wrong (none of a camera's)."""
+
+    @property
+    def decoys(self) -> Mapping[str, str]:
+        """Flexible unknowns that no effect of the library is, fitted by name as effects are.
+
+        By name ("torque of velocity"), what they mean, for people: "a torque that depends on velocity".
+        """
+
+    @property
+    def certain(self) -> Mapping[str, float]:
+        """Effects that a signature proves by itself (a lattice): evidence in nats."""
+
+    @property
+    def silent(self) -> Mapping[str, str]:
+        """Effects that this recording could not have shown, and why, in a few words."""
 
     def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""

@@ -18,6 +18,7 @@ class SearchConfig:
     relief: float = 0.03  # by which it must lower the excess, in units of the noise's variance …
     share: float = 0.03  # … and by which share of the excess over the floor
     adequate: float = 0.10  # an excess over the floor up to this is none
+    tolerance: float = 0.05  # … nor is one of up to this share of what the nominal simulator leaves
     most: int = 5  # effects named at most
     folds: int = 5  # of units, held out in turn
     beam: int = 3  # sets that are grown at each size
@@ -41,7 +42,7 @@ class DiagnoseConfig:
 def check(cfg: DiagnoseConfig) -> None:
     """UserError unless every value can be."""
     for kind, search in (("joint", cfg.joint), ("camera", cfg.camera)):
-        for key in ("evidence", "relief", "share", "adequate"):
+        for key in ("evidence", "relief", "share", "adequate", "tolerance"):
             if getattr(search, key) < 0:
                 raise UserError(f"{kind}.{key} is {getattr(search, key)}, expected 0 or more")
         if not 0.5 <= search.confidence < 1:

@@ -4,7 +4,7 @@ import json
 import logging
 import os
 import shutil
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from vision_s2r.diagnose.patch import write_patch
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Found, Search
 from vision_s2r.diagnose.unpaired import UnpairedCase
-from vision_s2r.effects import E, Registry
+from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
@@ -62,11 +62,12 @@ def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
     return CameraCase(recording, _library(CAMERA_EFFECTS, withhold))
 
 
-def _library(effects: Registry[E], withhold: Collection[str]) -> dict[str, E]:
+def _library(effects: Iterable[E], withhold: Collection[str]) -> dict[str, E]:
+    library = {effect.name: effect for effect in effects}
     for name in withhold:
-        if name not in effects:
-            raise UserError(f"withhold: no effect is called '{name}': {nearest(name, [e.name for e in effects])}")
-    return {effect.name: effect for effect in effects if effect.name not in withhold}
+        if name not in library:
+            raise UserError(f"withhold: no effect is called '{name}': {nearest(name, library)}")
+    return {name: effect for name, effect in library.items() if name not in withhold}
 
 
 def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:

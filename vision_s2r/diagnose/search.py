@@ -45,7 +45,7 @@ class Search:
             nominal,
             final.names - unknown,
             unknown,
-            assess.adequate(final),
+            assess.adequate(final) or (not unknown and self._slight(final)),
         )
 
     def _grow(self, base: Assessment) -> Assessment:
@@ -125,7 +125,12 @@ class Search:
             if not self._assessor.worth(more, best):
                 break
             best = self._shed(more, self._effects)
-        return self._unmask(best) if best.names & frozenset(decoys) or not self._assessor.adequate(best) else best
+        explained = self._assessor.adequate(best) or self._slight(best)
+        return best if explained and not best.names & frozenset(decoys) else self._unmask(best)
+
+    def _slight(self, found: Assessment) -> bool:
+        """Whether what is left is little beside the gap that there was."""
+        return found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""

@@ -22,7 +22,7 @@ def samples(
     """
     count, channels, height, width = error.shape
     rows, columns = np.arange(0, height, 2), np.arange(0, width, 2)
-    grid = np.ix_(range(count), range(channels), rows, columns)
+    grid = np.ix_(np.arange(count), np.arange(channels), rows, columns)
     chosen = np.broadcast_to(counted.numpy(), error.shape)[grid]
     unit, channel, row, column = (
         index[chosen] for index in np.meshgrid(range(count), range(channels), rows, columns, indexing="ij")

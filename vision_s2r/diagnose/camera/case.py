@@ -25,12 +25,12 @@ from vision_s2r.diagnose.camera.fitting import (
 from vision_s2r.diagnose.camera.intervals import Spread, spread
 from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, encoded
 from vision_s2r.diagnose.camera.scoring import Score, mismatch, predicted_noise, score
-from vision_s2r.diagnose.camera.study import Study, study
+from vision_s2r.diagnose.camera.study import Study, frames_of_a_fit, study
 from vision_s2r.diagnose.case import Hypothesis, Names, Samples, Units
 from vision_s2r.effects import Effect
 from vision_s2r.recording import CameraRecording
 
-_FRAMES = 4  # that a fit looks at
+_DECOY_VALUES = 1_000_000  # that the fit of a decoy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
 _REMEMBERED = 12  # hypotheses whose scores are kept
@@ -44,6 +44,7 @@ class CameraCase:
     """
 
     kind = "camera"
+    sharp = True
     effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "pixel_rmse"
@@ -66,6 +67,7 @@ class CameraCase:
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._scores: dict[tuple[object, ...], list[Score]] = {}
         self._spreads: dict[tuple[object, ...], Spread] = {}
+        self._frames = frames_of_a_fit(self.study.pictures)
         self._lock = threading.Lock()
 
     # -- fitting
@@ -87,18 +89,18 @@ class CameraCase:
         if noisy:
             values |= self.study.yardstick.noise.fit(values, noisy, self.study.bins, units)
         whole = len(units) == self.units
-        values = dict(gauss_newton(self._target, values, moving, few, 6 if whole else 3)[0])
+        found = gauss_newton(self._target, values, moving, few, 6 if whole else 3)[0]
         if "low_resolution" in names:
-            values = dict(search_factor(self._target, values, few)[0])
-            values = dict(gauss_newton(self._target, values, moving, few, 2)[0])
+            found = search_factor(self._target, found, few)[0]
+            found = gauss_newton(self._target, found, moving, few, 2)[0]
         if noisy and moving:
-            values |= self.study.yardstick.noise.fit(values, noisy, self.study.bins, units)
-        ordered = {name: values[name] for name in effects}
+            found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, units)}
+        ordered = {name: dict(found[name]) for name in effects}
         return Hypothesis(ordered, self._fit_decoys(ordered, sorted(names & self.decoys.keys()), list(units)))
 
     def _few(self, units: Sequence[int]) -> list[int]:
         """The frames that show most, of these."""
-        return sorted([unit for unit in self.study.ranked if unit in set(units)][:_FRAMES])
+        return sorted([unit for unit in self.study.ranked if unit in set(units)][: self._frames])
 
     def _begin(self, names: Names, start: Hypothesis | None, few: list[int]) -> dict[str, dict[str, float]]:
         """Values of all of `names` from which a fit of them should end well."""
@@ -129,6 +131,7 @@ class CameraCase:
         fitted: dict[str, decoys.Fitted] = {}
         if not names:
             return fitted
+        units = units[: max(_DECOY_VALUES // self.study.pictures.sim[0].numel(), 2)]
         mean, variance = self._mean(values, units)
         residual = self.study.pictures.real[units] - self._encoded(mean, values)
         noise = predicted_noise(self.study.yardstick, variance, mean)

@@ -21,7 +21,7 @@ def advise(study: Study, rivals: Sequence[Hypothesis], silent: Mapping[str, str]
     if len(rivals) > 1:
         name, difference = _most_telling(study, rivals)
         sentences.append(
-            f"Photograph {name}: there the rival explanations differ by {difference:.1f} grey levels (root mean square)."
+            f"Photograph {name}: there the rivals differ by {difference:.1f} grey levels (root mean square)."
         )
     for reason in sorted(set(silent.values())):
         names = ", ".join(name for name, why in silent.items() if why == reason)

@@ -56,7 +56,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             departure = (point - neutral_point(name, values[name])) / steps[own]
             least = _KERNEL if name in WARPS else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
-            relative[name] = float(np.linalg.norm(between) / max(np.linalg.norm(departure), 1e-9))
+            relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
             intervals[name] = _outward(name, values, point, half * stats.t.ppf(0.975, max(count - 1, 1)))
     for name in values:

@@ -13,7 +13,7 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
-from vision_s2r.camera.effect import CameraEffect, Encoding, Frame
+from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.noise import Tail
@@ -137,20 +137,20 @@ class Pictures:
             for key, value in values.items()
         }
         if effect.name not in WARPS:
-            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures)))
+            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), "bicubic"))
         # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
         channels = 3 if effect.name == "chromatic_aberration" else 1
         height, width = pictures.shape[-2:]
         x = torch.arange(width, dtype=torch.float32).expand(1, channels, height, width)
         y = torch.arange(height, dtype=torch.float32)[:, None].expand(1, channels, height, width)
-        looked = effect.apply(torch.cat([x, y]), _tensors(values, 2), self._frame(2))
+        looked = effect.apply(torch.cat([x, y]), _tensors(values, 2), self._frame(2, "bilinear"))
         return resampled(pictures, looked[0], looked[1], self.kernel)
 
-    def _frame(self, count: int) -> Frame:
+    def _frame(self, count: int, interpolation: Interpolation) -> Frame:
         height, width = self.sim.shape[-2:]
         intrinsics = self.intrinsics.expand(count, 4)
         seeds = torch.zeros(count, dtype=torch.int64)
-        return Frame(height, width, 0, intrinsics, seeds, "bilinear", "codec")
+        return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")
 
 
 def linear(pictures: Tensor) -> Tensor:

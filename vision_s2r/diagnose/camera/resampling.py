@@ -15,8 +15,8 @@ def resampled(pictures: Tensor, x: Tensor, y: Tensor, kernel: str) -> Tensor:
     """Pictures [B, C, H, W] at positions `x`, `y` [1 or C, H, W], px, under one of `KERNELS`; edges repeat."""
     index = KERNELS.index(kernel)
     found = np.empty(pictures.shape, np.float32)
-    planes = (np.ascontiguousarray(each.numpy(), np.float32) for each in (pictures, x, y))
-    _resample(*planes, index, _REACH[index], found)
+    planes, x_at, y_at = (np.ascontiguousarray(each.numpy(), np.float32) for each in (pictures, x, y))
+    _resample(planes, x_at, y_at, index, _REACH[index], found)
     return torch.from_numpy(found)
 
 

@@ -27,7 +27,7 @@ from vision_s2r.diagnose.camera.weighing import (
 )
 from vision_s2r.recording import CameraRecording
 
-_FRAMES = 4  # of the reference fit
+_FRAMES, _VALUES = 4, 400_000  # that a fit looks at, at most: frames, and values in them
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
 _BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
@@ -65,7 +65,7 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
     names = [name for name in library if name not in NOISES | silent.keys() | {"jpeg_compression"}]
     levels = pyramid(pictures)
-    units = informative(pictures, _FRAMES)
+    units = informative(pictures, frames_of_a_fit(pictures))
     reference = fit_reference(levels, names, fixed, units)
     yardstick, _ = measure_noise(pictures, reference, jpeg, recording.bits)
     target = Target(pictures, yardstick.variance, yardstick.counted)
@@ -81,6 +81,11 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     edges = detail(pictures.sim).mean((1, 2, 3))
     ranked = sorted(range(count), key=lambda unit: -float(edges[unit]))
     return Study(pictures, jpeg, silent, reference, [values for values, _ in links], yardstick, bins, ranked, proposals)
+
+
+def frames_of_a_fit(pictures: Pictures) -> int:
+    """How many frames a fit looks at."""
+    return max(min(_FRAMES, _VALUES // pictures.sim[0].numel()), 2)
 
 
 def sharp(values: Values) -> Values:

@@ -36,7 +36,7 @@ IDENTITY = Attenuation(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
 
 @dataclass(frozen=True)
 class NoiseBins:
-    """Noise of each unit by channel and brightness: sums of squares and counts [N, C, BINS], and mean values [C, BINS]."""
+    """Noise of each unit by channel and brightness: sums of squares and counts [N, C, BINS], mean values [C, BINS]."""
 
     squares: np.ndarray
     counts: np.ndarray
@@ -93,7 +93,7 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool) -> Noi
 
 
 def _ceiling(squared: Tensor, index: Tensor, flat: Tensor) -> Tensor:
-    """Four standard deviations, squared, of the bin of each pixel: single pixels that are off are no noise."""
+    """Six standard deviations, squared, of the bin of each pixel: single pixels that are off are no noise."""
     limits = torch.full((BINS,), float("inf"))
     chosen = flat.expand_as(index)
     at, values = index[chosen], squared[chosen]
@@ -101,7 +101,7 @@ def _ceiling(squared: Tensor, index: Tensor, flat: Tensor) -> Tensor:
         inside = values[at == k]
         if len(inside) > 20:
             spread = max(float(inside.median()) / 0.455, (0.4 / 255) ** 2)
-            limits[k] = 16 * spread
+            limits[k] = 36 * spread
     return limits[index]
 
 
@@ -184,7 +184,7 @@ def base_noise(bins: NoiseBins, units: Sequence[int], rounding: float) -> float:
 
 def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
     """The measured variance [N, C, H, W] at the brightness of each pixel of `pictures`, which are smooth enough."""
-    variance, counts = bins.variance(range(len(bins.squares)))
+    variance, _ = bins.variance(range(len(bins.squares)))
     filled = np.full(variance.shape, quiet)
     for c, row in enumerate(variance):
         known = np.isfinite(row)

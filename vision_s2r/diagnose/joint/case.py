@@ -176,7 +176,9 @@ class JointCase:
         residuals = self._fitter.residuals(hypothesis, units)
         scale = np.maximum(self._scale(hypothesis), self._floor)
         density = (log_density(residuals, scale) * self._temper).sum(axis=-1)
-        sums = np.bincount(np.maximum(self._labels, 0).ravel(), (density * (self._labels >= 0)).ravel(), len(self._owners))
+        sums = np.bincount(
+            np.maximum(self._labels, 0).ravel(), (density * (self._labels >= 0)).ravel(), len(self._owners)
+        )
         return [sums[self._owners == unit] for unit in units]
 
     def _scale(self, hypothesis: Hypothesis) -> np.ndarray:
@@ -222,7 +224,7 @@ class JointCase:
         scaled = names & {"inertia", "viscous_damping", "coulomb_friction"}
         if "torque_constant" not in self.library or len(scaled) < 2:
             return []
-        # Everything else scaled is a torque constant, up to the scale: one of them stays nominal, the others may differ.
+        # A torque constant scales them all: with it, one of them stays nominal and the others may differ.
         return [(names | self.refitted) - {name} | {"torque_constant"} for name in sorted(scaled)]
 
     def twins(self, name: str) -> Names:
@@ -299,4 +301,3 @@ def _is_derived(recording: JointRecording) -> bool:
     difference = np.nanstd(inner - central)
     rounding = fast_noise(central)
     return bool(difference < 0.5 * max(rounding, 1e-12))
-

@@ -31,7 +31,7 @@ WISHES = {
 
 def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
     """Candidate commands [samples] by what they are called."""
-    t = np.arange(int(round(SECONDS / sample_time))) * sample_time
+    t = np.arange(round(SECONDS / sample_time)) * sample_time
     top = 0.1 / sample_time
     noise = np.random.default_rng(0)
     found: dict[str, np.ndarray] = {}
@@ -42,8 +42,7 @@ def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
             f"a sine of {a:.3g} {{unit}} at 0.25 Hz": a * np.sin(0.5 * np.pi * t),
             f"a chirp of {a:.3g} {{unit}} from 0.2 to {top:.3g} Hz": a
             * np.sin(2 * np.pi * (0.2 * t + (top - 0.2) * t**2 / (2 * SECONDS))),
-            f"random steps of {a:.3g} {{unit}}, a new one every sample": a
-            * noise.uniform(-1, 1, len(t)),
+            f"random steps of {a:.3g} {{unit}}, a new one every sample": a * noise.uniform(-1, 1, len(t)),
             f"a constant {a:.3g} {{unit}}, then as much backward": a * np.where(t < SECONDS / 2, 1.0, -1.0),
         }
     return found
@@ -91,9 +90,7 @@ def _telling_apart(fitter: Fitter, rivals: Sequence[Hypothesis], noise: np.ndarr
             )[0]
         )
     velocity = np.array(states)[..., 1]
-    spread = np.min(
-        [np.sqrt(np.mean((velocity[0] - other) ** 2, axis=1)) for other in velocity[1:]], axis=0
-    )
+    spread = np.min([np.sqrt(np.mean((velocity[0] - other) ** 2, axis=1)) for other in velocity[1:]], axis=0)
     best = int(np.argmax(spread))
     rate = "m/s" if track.units == "linear" else "rad/s"
     return (

@@ -187,7 +187,11 @@ class Fitter:
         others = [k for k in range(space.size) if space.owner[k] != name]
         size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300
         scaled = basis / size
-        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0] if len(here) else np.zeros((0, len(points)))
+        answer = (
+            np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
+            if len(here)
+            else np.zeros((0, len(points)))
+        )
         moved[:, others] -= (answer / size).T
         points = np.concatenate([points, np.clip(moved, space.low, space.high)])
         order = np.argsort(costs(self.observer, space, data, points)[0], kind="stable")

@@ -1,6 +1,7 @@
 """The gap of a joint: velocity in free run, from each episode's first row to its end, against what was measured."""
 
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -34,10 +35,7 @@ class Gap:
         fitter = self._fitter
         space = fitter.space(names_of(hypothesis))
         states, _ = fitter.observer.free(space, space.start(hypothesis), range(len(self._track.lengths)))
-        if self._derived:
-            predicted = self._velocity(states[..., 0], None)
-        else:
-            predicted = states[..., 1]
+        predicted = self._velocity(states[..., 0], None) if self._derived else states[..., 1]
         unpredicted = 0.0 if "encoder_quantization" in hypothesis.values else self._rounding
         return (self._measured - predicted) ** 2 + unpredicted**2
 
@@ -62,9 +60,7 @@ class Gap:
             return velocity
         out = np.full(position.shape, np.nan)
         for row, values, length in zip(out, position, self._track.lengths, strict=True):
-            row[:length] = savgol_filter(
-                values[:length], 2 * REACH + 1, 2, deriv=1, delta=self._track.sample_time
-            )
+            row[:length] = savgol_filter(values[:length], 2 * REACH + 1, 2, deriv=1, delta=self._track.sample_time)
         return out
 
     def _axes(self) -> list[tuple[str, tuple[str, ...], np.ndarray]]:
@@ -84,7 +80,12 @@ class Gap:
             ("velocity", *_quantile_bins(speed, track.unit >= 0, f"|{dot}|", rate)),
             ("torque", *_quantile_bins(torque, track.unit >= 0, "|τ|", torque_unit)),
             ("position", *_even_bins(track.position, "θ" if rotary else "x", length)),
-            ("time", *_even_bins(np.where(track.unit >= 0, np.arange(torque.shape[1]) * track.sample_time, np.nan), "t", "s")),
+            (
+                "time",
+                *_even_bins(
+                    np.where(track.unit >= 0, np.arange(torque.shape[1]) * track.sample_time, np.nan), "t", "s"
+                ),
+            ),
         ]
 
 
@@ -106,7 +107,9 @@ def _near_reversal(velocity: np.ndarray, rest: float, reach: int) -> np.ndarray:
     return near
 
 
-def _quantile_bins(values: np.ndarray, inside: np.ndarray, symbol: str, unit: str) -> tuple[tuple[str, ...], np.ndarray]:
+def _quantile_bins(
+    values: np.ndarray, inside: np.ndarray, symbol: str, unit: str
+) -> tuple[tuple[str, ...], np.ndarray]:
     return _bins(values, np.quantile(values[inside], np.linspace(0, 1, BINS + 1)), symbol, unit)
 
 
@@ -116,7 +119,7 @@ def _even_bins(values: np.ndarray, symbol: str, unit: str) -> tuple[tuple[str, .
 
 def _bins(values: np.ndarray, edges: np.ndarray, symbol: str, unit: str) -> tuple[tuple[str, ...], np.ndarray]:
     edges = np.unique(edges)
-    labels = tuple(f"{low:.3g} to {high:.3g} {unit}" for low, high in zip(edges[:-1], edges[1:], strict=True))
+    labels = tuple(f"{low:.3g} to {high:.3g} {unit}" for low, high in pairwise(edges))
     labels = tuple(f"{symbol} {label}" for label in labels) or (f"{symbol} {edges[0]:.3g} {unit}",)
     bins = np.clip(np.searchsorted(edges, np.nan_to_num(values), side="right") - 1, 0, len(labels) - 1)
     return labels, np.where(np.isnan(values), -1, bins)

@@ -1,4 +1,6 @@
-"""How much of a residual is noise: what is left in its fast half, what the observer makes of it, how long it remembers."""
+"""How much of a residual is noise: its fast half, what the observer makes of it, how long it remembers."""
+
+from functools import partial
 
 import numpy as np
 
@@ -13,9 +15,8 @@ REPLICAS = 4
 MOST_MEMORY = 60  # samples
 
 
-
 def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """Variance [channels] of the white part of residuals [E, T, channels], by second differences, trimmed over blocks."""
+    """Variance [channels] of the white part of residuals [E, T, channels], by second differences, trimmed."""
     out = []
     for channel in range(residuals.shape[-1]):
         powers = []
@@ -30,7 +31,7 @@ def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
 
 
 def _trimmed_mean() -> float:
-    """What the trimmed mean of the blocks is for white noise of variance 1; a simulation of its own, always the same."""
+    """The trimmed mean of the blocks for white noise of variance 1; a simulation of its own, always the same."""
     global _TRIMMED_MEAN
     if _TRIMMED_MEAN is None:
         white = np.random.default_rng(0).normal(size=(4000, BLOCK + 2))
@@ -67,15 +68,23 @@ def inflation(fitter: Fitter, hypothesis: Hypothesis, noise: np.ndarray) -> np.n
     space = fitter.space(names_of(hypothesis))
     rows = space.machines(space.start(hypothesis)[None])
     rng = np.random.default_rng(0)
-    common = {"lengths": track.lengths, "substeps": observer.substeps, "tables": space.tables, "threads": 1}
-    truth = simulate(rows, track.command, track.first, track.sample_time, **common)[0]
+    run = partial(
+        simulate,
+        rows,
+        track.command,
+        track.first,
+        track.sample_time,
+        lengths=track.lengths,
+        substeps=observer.substeps,
+        tables=space.tables,
+        threads=1,
+    )
+    truth = run()[0]
     total = np.zeros(observer.channels)
     for _ in range(REPLICAS):
         measured = truth.copy()
         for channel in range(observer.channels):
             measured[..., channel] += rng.normal(0, np.sqrt(noise[channel]), truth.shape[:2])
-        seen = simulate(
-            rows, track.command, track.first, track.sample_time, observed=measured, leak=LEAK, **common
-        )[0]
+        seen = run(observed=measured, leak=LEAK)[0]
         total += np.nanmean((measured - seen)[..., : observer.channels] ** 2, axis=(0, 1))
     return np.maximum(total / REPLICAS / np.maximum(noise, 1e-300), 1.0)

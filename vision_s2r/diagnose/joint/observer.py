@@ -1,4 +1,4 @@
-"""The residual that the search looks at: of an observer, which leaks a little of the measured state into the simulation.
+"""The residual that the search looks at: of an observer, which leaks a little of the measured state into itself.
 
 A free run drifts, and a restart at every sample shows noise; a leaky observer keeps one smooth landscape. Its residual
 is the error of predictions about thirty samples deep.
@@ -11,7 +11,6 @@ import numpy as np
 from vision_s2r.diagnose.joint.space import Space
 from vision_s2r.diagnose.joint.track import LEAK, Track
 from vision_s2r.joint import simulate
-
 
 
 class Observer:

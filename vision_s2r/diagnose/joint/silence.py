@@ -1,4 +1,4 @@
-"""What a recording could not have shown: each effect at a plausible size, and how far it would have moved the residual."""
+"""What a recording could not have shown: each effect at a plausible size, and how far it moves the residual."""
 
 import math
 

@@ -66,7 +66,7 @@ def _cogging(track: Track, scales: Scales, row: dict[str, float], residuals: np.
     power = np.einsum("net,net->n", response, response) + 1e-300
     amplitude = np.einsum("net,et->n", response, seen) / power
     gain = np.where(amplitude > 0, amplitude**2 * power, 0.0)
-    best = []
+    best: list[int] = []
     for k in np.argsort(-gain):
         if all(abs(k - other) > 2 for other in best):
             best.append(int(k))

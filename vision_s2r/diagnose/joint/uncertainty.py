@@ -65,7 +65,8 @@ def scores(fitter: Fitter, hypothesis: Hypothesis) -> Scores:
 
 def blocks(unit: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
     """Label [E, T] of each sample's block (-1 beyond the end), and the unit [B] of each; `length` samples or more."""
-    labels, owners = np.full(unit.shape, -1), []
+    labels = np.full(unit.shape, -1)
+    owners: list[int] = []
     for u in range(unit.max() + 1):
         episode, sample = np.nonzero(unit == u)
         count = max(1, len(sample) // length)
