@@ -18,8 +18,9 @@ $(STAMP): constraints.txt pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
 	touch $@
 
-demo: setup ## render, train, evaluate, in at most 15 minutes: outputs/demo/index.html
+demo: setup ## render, train, evaluate, diagnose a withheld camera, in at most 15 minutes: outputs/demo/index.html
 	$(BIN)/python scripts/run.py experiment=demo
+	$(BIN)/python scripts/close_gap.py experiment=demo
 
 test: setup ## the tests, without the long ones
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile

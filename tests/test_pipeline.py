@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 
 
-def _run(folder: Path) -> subprocess.CompletedProcess[str]:
+def _run(folder: Path, script: str = "run", *more: str) -> subprocess.CompletedProcess[str]:
     data = [f"data.{part}.out={folder}/{part}" for part in ("train", "validation", "test")]
-    command = [sys.executable, "scripts/run.py", "experiment=debug", f"out={folder}/out", *data]
+    command = [sys.executable, f"scripts/{script}.py", "experiment=debug", f"out={folder}/out", *data, *more]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
 
 
@@ -26,3 +26,16 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     again = _run(tmp_path)
     assert again.returncode == 0 and "not repeated" in again.stderr
     assert {path: path.stat().st_mtime_ns for path in made} == made
+
+    networks = [f"closing.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
+    closed = _run(tmp_path, "close_gap", "closing.withheld=1", "closing.steps=2", *networks)
+    assert closed.returncode == 0, closed.stderr
+    summary = json.loads((tmp_path / "out" / "closing" / "closing.json").read_text())
+    (camera,) = summary["cameras"]
+    assert len(camera["truth"]) == 3 and camera["shrink"] > 0.5 and camera["effects"]
+    assert set(camera["success"]) == {"oracle", "before", "everything", "after", "true_effects"}
+    assert "report.html" in closed.stderr and (tmp_path / "out" / "closing" / "closing.png").exists()
+
+
+def folder_of(folder: Path, kind: str) -> Path:
+    return folder / "out" / f"{kind}-0" / "best.safetensors"

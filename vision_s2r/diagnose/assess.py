@@ -64,11 +64,15 @@ class Assessor:
         return self._assessed
 
     def fit(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> dict[Names, float]:
-        """In-sample log-likelihood (nats) of sets, each fitted to all units from a start; for ranking only."""
+        """In-sample log-likelihood (nats) of sets, each fitted to all units from a start; for ranking only.
+
+        A set that was fitted before is fitted again where the start turns out to be likelier than its fit.
+        """
         todo = dict(reversed(list(wanted)))  # the first start of each set
-        new = [(names, start) for names, start in todo.items() if names not in self._fitted]
+        new = [each for each in todo.items() if each[0] not in self._fitted or self._likelier(*each)]
         for (names, _), result in zip(new, self._parallel(self._fit, new), strict=True):
             self._fitted[names] = result
+            self._assessed.pop(names, None)
         return {names: self._fitted[names][1] for names in todo}
 
     def assess(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> list[Assessment]:
@@ -103,17 +107,36 @@ class Assessor:
     def worth(self, more: Assessment, less: Assessment) -> bool:
         """Whether the names that `more` has and `less` has not are significant, and relevant."""
         gain, count = self.gain(more, less), max(len(more.names) - len(less.names), 1)
+        if gain.nats > self.cfg.local * count and gain.relief > 0 and self.adequate(less):
+            return True  # at the floor, where the likelihood is that of noise, an effect may show in few places
         significant = gain.nats > self.cfg.evidence * count and gain.low > 0
         return significant and gain.relief > self.cfg.relief and gain.share > self.cfg.share
+
+    def better(self, more: Assessment, less: Assessment) -> bool:
+        """Whether a flexible unknown brings `more`, where something is there in any case."""
+        gain = self.gain(more, less)
+        return gain.nats > self.cfg.evidence and gain.relief > self.cfg.relief and gain.share > self.cfg.share
 
     def adequate(self, assessment: Assessment) -> bool:
         """Whether nothing beyond noise is left."""
         return assessment.rest <= self.cfg.adequate
 
+    def _likelier(self, names: Names, start: Hypothesis) -> bool:
+        if not names <= start.values.keys() | start.extra.keys():
+            return False
+        fitted, loglik = self._fitted[names]
+        if start is fitted:
+            return False
+        values = {name: value for name, value in start.values.items() if name in names}
+        extra = {key: value for key, value in start.extra.items() if key not in self.case.decoys or key in names}
+        return self._loglik(Hypothesis(values, extra)) > loglik + self.cfg.evidence
+
+    def _loglik(self, hypothesis: Hypothesis) -> float:
+        return float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, range(self.case.units))))
+
     def _fit(self, names: Names, start: Hypothesis) -> tuple[Hypothesis, float]:
-        units = range(self.case.units)
-        hypothesis = self.case.fit(names, units, start)
-        return hypothesis, float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, units)))
+        hypothesis = self.case.fit(names, range(self.case.units), start)
+        return hypothesis, self._loglik(hypothesis)
 
     def _hold_out(self, names: Names) -> Assessment:
         case, whole = self.case, self._fitted[names][0]

@@ -14,9 +14,11 @@ class SearchConfig:
     """When an effect is worth a name, and how far the search goes."""
 
     evidence: float = 8.0  # nats of held-out log-likelihood that an effect must bring
+    local: float = 10.0  # nats that are enough where the floor is reached, wherever they come from
     confidence: float = 0.999  # at which the evidence must be above zero, by block bootstrap
     relief: float = 0.03  # by which it must lower the excess, in units of the noise's variance …
     share: float = 0.03  # … and by which share of the excess over the floor
+    promising: float = 20.0  # nats that an effect must seem to gain to be tried where the floor is reached
     adequate: float = 0.10  # an excess over the floor up to this is none
     tolerance: float = 0.05  # … nor is one of up to this share of what the nominal simulator leaves
     most: int = 5  # effects named at most
@@ -42,7 +44,7 @@ class DiagnoseConfig:
 def check(cfg: DiagnoseConfig) -> None:
     """UserError unless every value can be."""
     for kind, search in (("joint", cfg.joint), ("camera", cfg.camera)):
-        for key in ("evidence", "relief", "share", "adequate", "tolerance"):
+        for key in ("evidence", "local", "relief", "share", "promising", "adequate", "tolerance"):
             if getattr(search, key) < 0:
                 raise UserError(f"{kind}.{key} is {getattr(search, key)}, expected 0 or more")
         if not 0.5 <= search.confidence < 1:

@@ -36,23 +36,20 @@ class Search:
         nominal = assess.one(frozenset())
         base = assess.one(self._base)
         named = self._shed(self._swap(self._grow(base)), self._effects)
-        final = self._challenge(named, base)
-        final = self._restore(final)
+        final = self._restore(named)
+        if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
+            final = self._restore(self._challenge(named, base))
         unknown = final.names & frozenset(self._case.decoys)
-        return Found(
-            final,
-            assess.one(self._case.refitted),
-            nominal,
-            final.names - unknown,
-            unknown,
-            assess.adequate(final) or (not unknown and self._slight(final)),
-        )
+        adequate = assess.adequate(final) or (not unknown and self._slight(final))
+        # Beside something unknown, a nominal parameter that seems to differ may be doing its work.
+        effects = final.names - unknown - (frozenset() if adequate and not unknown else self._case.refitted)
+        return Found(final, assess.one(self._case.refitted), nominal, effects, unknown, adequate)
 
     def _grow(self, base: Assessment) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
         best, beam, patience = base, [base], 1
         for size in range(1, self._cfg.most + 1):
-            if size > 1 and self._assessor.adequate(best):
+            if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
             children = self._children(beam, size)
             if not children:
@@ -65,6 +62,11 @@ class Search:
             else:
                 break
         return best
+
+    def _promising(self, found: Assessment) -> list[str]:
+        """Effects that may still gain something."""
+        gains = self._case.screen(found.hypothesis, [name for name in self._candidates if name not in found.names])
+        return [name for name, gain in gains.items() if gain > self._cfg.promising]
 
     def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
         """Sets one larger than those of the beam, and proposed ones of that size; the best first."""
@@ -110,27 +112,32 @@ class Search:
         decoys = sorted(self._case.decoys)
         count = len(named.names) - len(base.names)
         adequate = self._assessor.adequate(named)
-        if adequate and count < COINCIDENCE:
-            return named
         alone = self._assessor.assess([(base.names | {decoy}, base.hypothesis) for decoy in decoys])
         rival = max(alone, key=lambda assessment: assessment.score, default=base)
         margin = self._cfg.evidence * (1 if adequate else 2 - count)
-        simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.worth(rival, base)
+        simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.better(rival, base)
         best = rival if simpler else named
         while not self._assessor.adequate(best):
             beside = self._assessor.assess(
                 [(best.names | {decoy}, best.hypothesis) for decoy in decoys if decoy not in best.names]
             )
             more = max(beside, key=lambda assessment: assessment.score, default=best)
-            if not self._assessor.worth(more, best):
+            if not self._assessor.better(more, best):
                 break
             best = self._shed(more, self._effects)
+            bare = self._assessor.one(best.names - frozenset(decoys), best.hypothesis)
+            if not self._assessor.better(best, bare):  # the unknown only showed the way to a better fit
+                best = bare
+                break
         explained = self._assessor.adequate(best) or self._slight(best)
         return best if explained and not best.names & frozenset(decoys) else self._unmask(best)
 
     def _slight(self, found: Assessment) -> bool:
-        """Whether what is left is little beside the gap that there was."""
-        return found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
+        """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
+        return (
+            bool(found.names & self._case.rough)
+            and found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
+        )
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
@@ -148,7 +155,7 @@ class Search:
 
         Where several have to, one effect more, or a torque constant, may say the same with fewer names.
         """
-        found = self._shed(found, self._case.refitted)
+        found = self._shed(self._shed(found, self._case.refitted), self._effects | self._case.refitted)
         if len(found.names & self._case.refitted) < 2:
             return found
         whole = found.names | self._case.refitted
@@ -160,4 +167,4 @@ class Search:
             simpler = self._shed(self._assessor.one(names, found.hypothesis), self._case.refitted)
             if len(simpler.names) < len(found.names) and not self._assessor.worth(found, simpler):
                 found = simpler
-        return found
+        return self._shed(found, self._effects | self._case.refitted)

@@ -45,6 +45,7 @@ class CameraCase:
 
     kind = "camera"
     sharp = True
+    rough: Names = frozenset()
     effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "pixel_rmse"

@@ -30,7 +30,7 @@ WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this:
 LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
 LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
 QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
-PROMISING = 10.0  # nats
+PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 INCONSTANT = 0.3  # relative spread over units that a true effect's steadiest parameter does not have
 AT_BOUND = 0.01  # of the range
@@ -59,6 +59,7 @@ class JointCase:
 
     kind = "joint"
     sharp = False
+    rough: Names = frozenset({"backlash"})
     effects: ClassVar[tuple[JointEffect, ...]] = tuple(JOINT_EFFECTS)
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
     decoys: Mapping[str, str] = MEANINGS
@@ -139,10 +140,8 @@ class JointCase:
             free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})
             gains = self._fitter.gains(best, free, units)
             self._promising |= {name for name in free if gains[name] > PROMISING}
-            if not free or self._quiet(best, residuals, noise):
-                break
-            name = max(free, key=lambda each: gains[each])
-            if gains[name] < PROMISING:
+            name = max(free, key=lambda each: gains[each], default=None)
+            if name is None or gains[name] < (CLEAR if self._quiet(best, residuals, noise) else PROMISING):
                 break
             best = self._fitter.fit(names_of(best) | {name}, units, best)
             residuals = self._fitter.residuals(best, units)

@@ -43,6 +43,7 @@ class UnpairedCase:
 
     kind = "camera"
     sharp = True
+    rough: Names = frozenset()
     effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "statistics_distance"
