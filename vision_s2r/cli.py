@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import hydra
+from hydra.core.global_hydra import GlobalHydra
 from hydra.errors import HydraException, MissingConfigException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -44,6 +45,7 @@ def compose(schema: type[Schema], name: str = "config", overrides: list[str] | N
 
     Raises UserError for a mistyped key, group or value, with the nearest valid one.
     """
+    GlobalHydra.instance().clear()  # a script's own composition is over by then
     with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
         try:
             cfg = hydra.compose(name, overrides or [])

@@ -14,7 +14,7 @@ class ClosingConfig:
     truth: str = ""  # the true camera of the recording (YAML), where it is known: the oracle, and the judge
     translator: str = "outputs/cpu/translator-0/best.safetensors"
     policy: str = "outputs/cpu/policy-0/best.safetensors"
-    steps: int = 2000  # of fine-tuning
+    steps: int = 1200  # of fine-tuning
     learning_rate: float = 1e-3  # of fine-tuning, at its highest
     everything: str = "harsh"  # camera of configs/camera: what randomising it all means
     effects: list[str] = field(default_factory=list)  # that withheld cameras may have; empty: all

@@ -6,6 +6,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.case import NOMINAL, Case, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
+MOST = 2.0  # times the rest of an unknown
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,9 @@ class Search:
         rival = max(alone, key=lambda assessment: assessment.score, default=base)
         margin = self._cfg.evidence * (1 if adequate else 2 - count)
         simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.better(rival, base)
-        best = rival if simpler else named
+        # Effects that leave no more than twice what the best unknown leaves do most of its work: they keep their names.
+        strong = not adequate and named.rest <= MOST * max(rival.rest, self._cfg.adequate)
+        best = rival if simpler and not strong else named
         while not self._assessor.adequate(best):
             beside = self._assessor.assess(
                 [(best.names | {decoy}, best.hypothesis) for decoy in decoys if decoy not in best.names]
@@ -124,7 +127,7 @@ class Search:
             more = max(beside, key=lambda assessment: assessment.score, default=best)
             if not self._assessor.better(more, best):
                 break
-            best = self._shed(more, self._effects)
+            best = more if strong else self._shed(more, self._effects)
             bare = self._assessor.one(best.names - frozenset(decoys), best.hypothesis)
             if not self._assessor.better(best, bare):  # the unknown only showed the way to a better fit
                 best = bare
@@ -155,7 +158,9 @@ class Search:
 
         Where several have to, one effect more, or a torque constant, may say the same with fewer names.
         """
-        found = self._shed(self._shed(found, self._case.refitted), self._effects | self._case.refitted)
+        found = self._shed(found, self._case.refitted)
+        if not found.names & frozenset(self._case.decoys):
+            found = self._shed(found, self._effects | self._case.refitted)
         if len(found.names & self._case.refitted) < 2:
             return found
         whole = found.names | self._case.refitted

@@ -201,7 +201,7 @@ class CameraCase:
     def floor(self, units: Units) -> np.ndarray:
         """Noise variance [units], grey levels squared."""
         counted = self.study.yardstick.counted[list(units)].float()
-        noise = (self.study.yardstick.measured[list(units)] * counted).sum((1, 2, 3))
+        noise = (self.study.yardstick.floor[list(units)] * counted).sum((1, 2, 3))
         pixels = counted.sum((1, 2, 3)).clamp(min=1) * self.study.yardstick.measured.shape[1]
         return (noise / pixels * 255**2).double().numpy()
 
@@ -214,7 +214,7 @@ class CameraCase:
         error = (residual.square() + mismatch(yardstick, noise, units)) * 255**2
         return axes.samples(
             error,
-            yardstick.measured * 255**2,
+            yardstick.floor * 255**2,
             residual * 255,
             self.study.pictures.real,
             yardstick.counted,
@@ -355,7 +355,7 @@ def _last_gain(matrix: np.ndarray, vector: np.ndarray) -> float:
     """Nats that the last column brings beside the others."""
     if len(matrix) > 1:
         inner = matrix[:-1, :-1] + 1e-9 * np.eye(len(matrix) - 1) * matrix.diagonal().max()
-        solved = np.linalg.solve(inner, np.c_[vector[:-1], matrix[:-1, -1]])
+        solved = np.linalg.lstsq(inner, np.c_[vector[:-1], matrix[:-1, -1]])[0]
         slope = vector[-1] - matrix[-1, :-1] @ solved[:, 0]
         curvature = matrix[-1, -1] - matrix[-1, :-1] @ solved[:, 1]
     else:

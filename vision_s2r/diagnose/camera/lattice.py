@@ -5,9 +5,7 @@ import io
 
 import cv2
 import numpy as np
-import torch
 from PIL import Image
-from torch import Tensor
 
 _SPREAD = 0.45  # standard deviation that rounding to whole pixels leaves around the lattice, in units of a coefficient
 _BLOCKS = 600  # looked at, at most
@@ -68,19 +66,3 @@ def _evidence(coefficients: np.ndarray, steps: np.ndarray) -> float:
     near = np.exp(-0.5 * (off / _SPREAD) ** 2) / (_SPREAD * np.sqrt(2 * np.pi))
     ratio = np.log(0.95 * near * steps + 0.05)
     return float(ratio[far].sum())
-
-
-def attenuation(quality: float, channels: int) -> tuple[Tensor, Tensor]:
-    """What JPEG leaves of white noise: its standard deviation before and after [levels], in [0, 1] units.
-
-    Measured by the encoder on a soft gradient, at coded mid grey.
-    """
-    from vision_s2r.diagnose.camera.prediction import encoded
-
-    generator = torch.Generator().manual_seed(0)
-    before = torch.tensor([0.0, 0.25, 0.5, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64]) / 255
-    ramp = torch.linspace(0.35, 0.65, 64)
-    clean = ((ramp[:, None] + ramp) / 2).expand(1, channels, 64, 64)
-    noise = torch.randn((len(before), channels, 64, 64), generator=generator) * before[:, None, None, None]
-    after = (encoded((clean + noise).clamp(0, 1), quality) - encoded(clean, quality)).square().mean((1, 2, 3)).sqrt()
-    return before, torch.cummax(after, 0).values

@@ -20,13 +20,15 @@ _CELLS = 4  # along each axis, that a frame's likelihood is divided into
 class Yardstick:
     """What residuals are measured by, the same for every hypothesis: one tensor entry a frame.
 
-    `measured` [N, C, H, W] is the noise variance that the recording has, `tolerance` [N, 1, H, W] the variance of what
+    `measured` [N, C, H, W] is the noise variance that the recording has, `floor` the same with what a codec makes of
+    it in busy places, `tolerance` [N, 1, H, W] the variance of what
     a simulator may get wrong at an edge, `counted` [N, 1, H, W] the pixels that count, `temper` by how much a block's
     residuals depend on each other.
     """
 
     noise: NoiseModel
     measured: Tensor
+    floor: Tensor
     tolerance: Tensor
     counted: Tensor
     temper: float

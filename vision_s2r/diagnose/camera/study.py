@@ -7,9 +7,10 @@ import numpy as np
 import torch
 
 from vision_s2r.diagnose.camera import silence
+from vision_s2r.diagnose.camera.codec import attenuation, codec_scatter
 from vision_s2r.diagnose.camera.elimination import chain, needed, without_idle
 from vision_s2r.diagnose.camera.fitting import Target
-from vision_s2r.diagnose.camera.lattice import attenuation, jpeg_quality
+from vision_s2r.diagnose.camera.lattice import jpeg_quality
 from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, Values, default_intrinsics
 from vision_s2r.diagnose.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
@@ -131,7 +132,10 @@ def measure_noise(
     mean = pictures.predict(reference, every).mean
     residual = pictures.real - mean
     counted = counted_pixels(pictures, reference, 2)
-    bins = measure(residual, mean, counted, white=jpeg is None)
+    scatter = torch.zeros_like(mean[:, :1])
+    if jpeg:
+        scatter = codec_scatter(pictures, reference, float(jpeg[0]), residual, counted)
+    bins = measure(residual, mean, counted, white=jpeg is None, known=scatter)
     rounding = 0.0 if jpeg else 1 / 12 / (2**bits - 1) ** 2
     through = IDENTITY
     if jpeg:
@@ -141,9 +145,10 @@ def measure_noise(
     noise = NoiseModel(base, rounding, through, pictures.encoding)
     measured = spread_map(bins, mean, noise.quiet)
     edge = _edge_error(residual, mean, measured, counted, reference)
-    tolerance = (edge * detail(mean)).square()
+    tolerance = (edge * detail(mean)).square() + scatter
     variance = measured + tolerance
-    return Yardstick(noise, measured, tolerance, counted, temper(residual, variance, counted)), bins
+    floor = measured + scatter
+    return Yardstick(noise, measured, floor, tolerance, counted, temper(residual, variance, counted)), bins
 
 
 def _edge_error(

@@ -46,7 +46,7 @@ class NoiseBins:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
         squares, counts = self.squares[list(units)].sum(0), self.counts[list(units)].sum(0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(counts >= 30, squares / counts, np.nan), counts
+            return np.where(counts >= 30, np.maximum(squares / counts, 1e-9), np.nan), counts
 
 
 def detail(mean: Tensor) -> Tensor:
@@ -56,10 +56,11 @@ def detail(mean: Tensor) -> Tensor:
     return F.max_pool2d(local, 3, 1, padding=1)
 
 
-def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool) -> NoiseBins:
+def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
+    `known` [N, 1, H, W]: variance that is no noise of the camera's, and not counted.
     """
     count, channels = residual.shape[:2]
     fine = detail(mean)
@@ -70,7 +71,7 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool) -> Noi
         filtered = F.conv2d(F.pad(residual, (1,) * 4, mode="replicate"), kernel, groups=channels)
     else:
         filtered = residual
-    squared = filtered.square()
+    squared = filtered.square() - known
     smooth = F.avg_pool2d(F.pad(mean, (1,) * 4, mode="replicate"), 3, 1)
     index = (smooth.clamp(0, 1) * BINS).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
