@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.diagnose.camera.fitting import FREEDOM
-from vision_s2r.diagnose.camera.weighing import NoiseModel
+from vision_s2r.diagnose.camera.weighing import LEAST, NoiseModel
 
 BLOCK = 8  # px: within it residuals depend on each other
 _PRICE = 0.05  # excess over the floor that flexible unknowns must take away before they say anything
@@ -57,7 +57,7 @@ def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor)
     table = torch.from_numpy(noise.attenuation(levels.double().numpy() ** 2)).float()
     position = ((variance + noise.base).sqrt() * 1000).clamp(max=299.99)
     low = position.long()
-    return table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding
+    return (table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding).clamp(min=LEAST)
 
 
 def mismatch(yardstick: Yardstick, predicted: Tensor, units: list[int]) -> Tensor:

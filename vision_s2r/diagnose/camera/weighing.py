@@ -14,6 +14,7 @@ from vision_s2r.diagnose.camera.noise import Tail
 from vision_s2r.diagnose.camera.prediction import Pictures, Values
 
 BINS = 20  # of brightness
+LEAST = (0.1 / 255) ** 2  # variance: an encoder may leave none at all
 QUIET, LOUD = 0.2 / 255, 0.75 / 255  # the measurement noise of a camera without noise effects lies between these
 _IMMERKAER = torch.tensor([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]]) / 6
 
@@ -46,7 +47,7 @@ class NoiseBins:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
         squares, counts = self.squares[list(units)].sum(0), self.counts[list(units)].sum(0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(counts >= 30, np.maximum(squares / counts, 1e-9), np.nan), counts
+            return np.where(counts >= 30, np.maximum(squares / counts, LEAST), np.nan), counts
 
 
 def detail(mean: Tensor) -> Tensor:
@@ -118,7 +119,7 @@ class NoiseModel:
     @property
     def quiet(self) -> float:
         """The variance that a camera without noise effects has."""
-        return float(self.attenuation(np.array([self.base]))[0]) + self.rounding
+        return max(float(self.attenuation(np.array([self.base]))[0]) + self.rounding, LEAST)
 
     def at(self, values: Values, levels: np.ndarray) -> np.ndarray:
         """The variance [C, K] predicted at mean coded values `levels` [C, K]."""
@@ -129,7 +130,7 @@ class NoiseModel:
         interpolated = np.stack(
             [np.interp(level, *_ordered(m, v)) for level, m, v in zip(levels, mean, variance, strict=True)]
         )
-        return self.attenuation(interpolated + self.base) + self.rounding
+        return np.maximum(self.attenuation(interpolated + self.base) + self.rounding, LEAST)
 
     def fit(
         self, values: Values, names: Sequence[str], bins: NoiseBins, units: Sequence[int]
