@@ -171,5 +171,5 @@ def _unexplained(
     return {
         **_share(gap.share(np.asarray(rest))),
         "where": places,
-        "resembles": [case.decoys[name] for name in sorted(found.unknown)],
+        "resembles": [case.decoys[name] for name in sorted(found.resembles)],
     }

@@ -18,6 +18,7 @@ class Found:
     nominal: Assessment  # the simulator as it came
     effects: Names  # named ones
     unknown: Names  # decoys that were needed: something is there that no effect of the library is
+    resembles: Names  # these, and decoys that would take off something of what is left
     adequate: bool  # nothing beyond noise is left
 
 
@@ -37,14 +38,15 @@ class Search:
         nominal = assess.one(frozenset())
         base = assess.one(self._base)
         named = self._shed(self._swap(self._grow(base)), self._effects)
-        final = self._restore(named)
+        final, resembles = self._restore(named), Names()
         if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
-            final = self._restore(self._challenge(named, base))
+            challenged, resembles = self._challenge(named, base)
+            final = self._restore(challenged)
         unknown = final.names & frozenset(self._case.decoys)
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ may be doing its work.
         effects = final.names - unknown - (frozenset() if adequate and not unknown else self._case.refitted)
-        return Found(final, assess.one(self._case.refitted), nominal, effects, unknown, adequate)
+        return Found(final, assess.one(self._case.refitted), nominal, effects, unknown, resembles | unknown, adequate)
 
     def _grow(self, base: Assessment) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
@@ -105,10 +107,11 @@ class Search:
             found = least
         return found
 
-    def _challenge(self, named: Assessment, base: Assessment) -> Assessment:
+    def _challenge(self, named: Assessment, base: Assessment) -> tuple[Assessment, Names]:
         """The named set against flexible unknowns: beside it, or instead of it, where something is left.
 
-        Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects.
+        Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects. Also
+        returns the unknowns that take something off.
         """
         decoys = sorted(self._case.decoys)
         count = len(named.names) - len(base.names)
@@ -132,8 +135,11 @@ class Search:
             if not self._assessor.better(best, bare):  # the unknown only showed the way to a better fit
                 best = bare
                 break
+        hints = best.names & frozenset(decoys)
+        if strong:  # beside something flexible enough to do their work, their parameters would be anybody's guess
+            best = named
         explained = self._assessor.adequate(best) or self._slight(best)
-        return best if explained and not best.names & frozenset(decoys) else self._unmask(best)
+        return (best if explained and not best.names & frozenset(decoys) else self._unmask(best)), hints
 
     def _slight(self, found: Assessment) -> bool:
         """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
