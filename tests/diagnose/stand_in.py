@@ -53,6 +53,10 @@ class Curves:
         known = sum((v["size"] * CURVES[name] for name, v in hypothesis.values.items()), np.zeros_like(T))
         return known + sum((np.asarray(c) @ DECOYS[name] for name, c in hypothesis.extra.items()), np.zeros_like(T))
 
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's own unit."""
+        return parameter.unit
+
     def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
         columns = self._columns(names)
         if not columns:

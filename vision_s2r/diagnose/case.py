@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from vision_s2r.effects import Effect
+from vision_s2r.effects import Effect, Parameter
 
 Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
 Names = frozenset[str]
@@ -82,6 +82,10 @@ class Case(Protocol):
     @property
     def silent(self) -> Mapping[str, str]:
         """Effects that this recording could not have shown, and why, in a few words."""
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's unit in this recording."""
+        ...
 
     def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""

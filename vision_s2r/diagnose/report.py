@@ -90,7 +90,8 @@ def _effect(case: Case, assessor: Assessor, found: Found, gap: Gap, name: str, p
         **_share(gap.share(part)),
         "evidence": _evidence(case, assessor, found, name),
         "parameters": {
-            p.name: {"value": values[p.name], "unit": p.unit, "ci": list(intervals[p.name])} for p in effect.parameters
+            p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
+            for p in effect.parameters
         },
     }
 

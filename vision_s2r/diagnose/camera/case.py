@@ -27,7 +27,7 @@ from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, encoded
 from vision_s2r.diagnose.camera.scoring import Score, mismatch, predicted_noise, score
 from vision_s2r.diagnose.camera.study import Study, frames_of_a_fit, study
 from vision_s2r.diagnose.case import Hypothesis, Names, Samples, Units
-from vision_s2r.effects import Effect
+from vision_s2r.effects import Effect, Parameter
 from vision_s2r.recording import CameraRecording
 
 _DECOY_VALUES = 1_000_000  # that the fit of a decoy looks at, at most
@@ -72,6 +72,10 @@ class CameraCase:
         self._lock = threading.Lock()
 
     # -- fitting
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's own unit."""
+        return parameter.unit
 
     def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""

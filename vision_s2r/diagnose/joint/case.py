@@ -19,8 +19,8 @@ from vision_s2r.diagnose.joint.noise import fast_variance, inflation, memory
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.silence import silent
 from vision_s2r.diagnose.joint.track import Track, fast_noise, led_by, make_track
-from vision_s2r.effects import Effect
-from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, JointEffect
+from vision_s2r.effects import Effect, Parameter
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, JointEffect, unit
 from vision_s2r.recording import JointRecording
 
 STEP = 0.004  # s, of the integrator, at most
@@ -163,6 +163,10 @@ class JointCase:
         ).residuals(hypothesis, range(self.units))
         squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
         return squares[: int(0.99 * len(squares))].mean(axis=0)
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's unit in this recording."""
+        return unit(parameter, self.recording.units)
 
     # -- fits and scores
 

@@ -16,7 +16,7 @@ from vision_s2r.diagnose.unpaired.intervals import intervals
 from vision_s2r.diagnose.unpaired.reference import reference
 from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
 from vision_s2r.diagnose.unpaired.summary import GROUPS, Summary
-from vision_s2r.effects import Effect
+from vision_s2r.effects import Effect, Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.recording import CameraRecording
 
@@ -83,6 +83,10 @@ class UnpairedCase:
         )
         self._fitter, self._proposed = start.fitter, start.proposed
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's own unit."""
+        return parameter.unit
 
     def fit(self, names: Names, units: Units, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and decoys on these units; `start` is near, or None."""
