@@ -75,6 +75,12 @@ def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     assert 0.3 < found["unexplained"]["share"] < 0.7
 
 
+def test_a_small_rest_is_explained_only_beside_an_effect_of_a_rough_form() -> None:
+    y = recording(9, wave=2.0, other=0.15 * np.sin(40 * np.pi * T))
+    assert diagnosed(y)["verdict"] == "partly_explained"
+    assert diagnosed(y, rough=frozenset({"wave"}))["verdict"] == "explained"
+
+
 def test_a_withheld_effect_is_not_replaced_by_several_others() -> None:
     found = diagnosed(recording(6, curve=1.0), withheld=frozenset({"curve"}))
     assert found["verdict"] == "unexplained"

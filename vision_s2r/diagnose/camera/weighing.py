@@ -14,6 +14,7 @@ from vision_s2r.diagnose.camera.noise import Tail
 from vision_s2r.diagnose.camera.prediction import Pictures, Values
 
 BINS = 20  # of brightness
+IMPLAUSIBLE = (6 / 255) ** 2  # variance in flat places that is no noise behind an encoder: the light is wrong
 LEAST = (0.1 / 255) ** 2  # variance: an encoder may leave none at all
 QUIET, LOUD = 0.2 / 255, 0.75 / 255  # the measurement noise of a camera without noise effects lies between these
 _IMMERKAER = torch.tensor([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]]) / 6
@@ -67,7 +68,9 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     fine = detail(mean)
     limit = max(float(fine[counted].quantile(0.3) if counted.sum() < 2**24 else fine.median()), 1.5 / 255)
     flat = counted & (fine <= limit)
-    if white:
+    if not white and float(residual[(counted & (fine <= limit)).expand_as(residual)].square().median()) > IMPLAUSIBLE:
+        filtered = within_blocks(residual)
+    elif white:
         kernel = _IMMERKAER.expand(channels, 1, 3, 3)
         filtered = F.conv2d(F.pad(residual, (1,) * 4, mode="replicate"), kernel, groups=channels)
     else:
@@ -92,6 +95,13 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     centres = (torch.arange(BINS) + 0.5) / BINS
     values = torch.where(counts.sum(0) > 0, values / counts.sum(0).clamp(min=1), centres)
     return NoiseBins(squares.numpy(), counts.numpy(), values.numpy())
+
+
+def within_blocks(values: Tensor) -> Tensor:
+    """Values [N, C, H, W] less the mean of their 8 × 8 block, where a codec puts what is smooth."""
+    height, width = values.shape[-2:]
+    wide = F.avg_pool2d(values, 8, ceil_mode=True).repeat_interleave(8, -2).repeat_interleave(8, -1)
+    return values - wide[..., :height, :width]
 
 
 def _ceiling(squared: Tensor, index: Tensor, flat: Tensor) -> Tensor:
