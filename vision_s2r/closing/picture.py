@@ -21,7 +21,7 @@ COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#2b9348", "#dddddd")
 def draw(cameras: list[dict[str, Any]], path: Path) -> Path:
     """A group of bars a camera: grasp success of each translator, 95 % intervals. Returns the PNG's path."""
     rows = [row for row in LABELS if row in cameras[0]["success"]]
-    figure, axes = plt.subplots(figsize=(2.2 + 1.7 * len(cameras), 3.6), layout="constrained")
+    figure, axes = plt.subplots(figsize=(max(2.2 + 1.7 * len(cameras), 7.0), 3.6), layout="constrained")
     width = 0.85 / len(rows)
     for k, row in enumerate(rows):
         found = [wilson(round(c["success"][row] * c["attempts"]), c["attempts"]) for c in cameras]
