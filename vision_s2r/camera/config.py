@@ -4,13 +4,9 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, cast, get_args
 
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
-from yaml import YAMLError
-
 from vision_s2r.camera.effect import CAMERA_EFFECTS, Encoding, Interpolation, JpegForm
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.randomize import effect_ranges
+from vision_s2r.randomize import effect_ranges, files
 
 
 @dataclass
@@ -29,16 +25,8 @@ class CameraConfig:
 
 def load_config(path: Path) -> CameraConfig:
     """The checked configuration in a YAML file; UserError where it cannot be."""
-    try:
-        content = OmegaConf.to_container(OmegaConf.load(path), resolve=True)
-    except (OSError, YAMLError, OmegaConfBaseException) as error:
-        raise UserError(f"cannot read camera {path}: {' '.join(str(error).split())}") from error
-    if not isinstance(content, dict):
-        raise UserError(f"camera {path}: expected keys and values")
-    known = [each.name for each in fields(CameraConfig)]
-    for key in content:
-        if key not in known:
-            raise UserError(f"camera {path}: no key {key!r}, {nearest(str(key), known)}")
+    content = files.read(path, "camera")
+    files.check_keys(content, [each.name for each in fields(CameraConfig)], f"camera {path}")
     config = CameraConfig(**cast(dict[str, Any], content))
     try:
         check(config)
