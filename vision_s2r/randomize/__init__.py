@@ -1,5 +1,9 @@
-"""Randomisation of effects of any source: ranges or a posterior in, values of the effects' parameters out."""
+"""Randomisation of effects of any source: ranges or a posterior in, values of the effects' parameters out.
 
+Or a policy's performance in, and ranges that widen with it.
+"""
+
+from vision_s2r.randomize.automatic import AutomaticConfig, AutomaticRandomisation, Dimension, Draw
 from vision_s2r.randomize.distribution import (
     Box,
     Distribution,
@@ -12,8 +16,12 @@ from vision_s2r.randomize.distribution import (
 from vision_s2r.randomize.ranges import EffectRange, Range, effect_ranges
 
 __all__ = [
+    "AutomaticConfig",
+    "AutomaticRandomisation",
     "Box",
+    "Dimension",
     "Distribution",
+    "Draw",
     "EffectRange",
     "Posterior",
     "Range",
