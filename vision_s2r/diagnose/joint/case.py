@@ -33,7 +33,6 @@ QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a r
 PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 INCONSTANT = 0.3  # relative spread over units that a true effect's steadiest parameter does not have
-AT_BOUND = 0.01  # of the range
 
 _TWINS = (
     {"compliance", "backlash"},
@@ -257,28 +256,22 @@ class JointCase:
         """Whether parameters are at a bound, or differ between units as a stand-in's do."""
         if name in ("encoder_quantization", *MEANINGS) or name not in hypothesis.values:
             return False
-        scores = self._scores_of(hypothesis)
-        space = scores.space
-        for k, owner in enumerate(space.owner):
-            if owner != name or name in DYNAMICS:
-                continue
-            margin = AT_BOUND * (space.high[k] - space.low[k])
-            if scores.point[k] < space.low[k] + margin and space.coordinates[k].log:
-                return True
-            if scores.point[k] > space.high[k] - margin:
-                return True
+        scores = self.scores(hypothesis)
+        if name not in DYNAMICS and uncertainty.at_bound(scores, name):
+            return True
         return uncertainty.spread(scores, name) > INCONSTANT
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""
-        found = uncertainty.intervals(self._scores_of(hypothesis)) if hypothesis.values else {}
+        found = uncertainty.intervals(self.scores(hypothesis)) if hypothesis.values else {}
         if self._lattice and "encoder_quantization" in hypothesis.values:
             resolution, span = self._lattice.resolution, self.track.scales.span
             reach = resolution * max(1e-9, 2 * max(self._lattice.noise, 1e-6 * resolution) / span)
             found["encoder_quantization"] = {"resolution": (resolution - reach, resolution + reach)}
         return found
 
-    def _scores_of(self, hypothesis: Hypothesis) -> uncertainty.Scores:
+    def scores(self, hypothesis: Hypothesis) -> uncertainty.Scores:
+        """Curvature and slope of the fit that this hypothesis is."""
         key = repr(hypothesis)
         if key not in self._scores:
             found = uncertainty.scores(self._fitter, hypothesis)
@@ -289,6 +282,10 @@ class JointCase:
     def experiment(self, rivals: Sequence[Hypothesis], silent: Sequence[str]) -> str:
         """The recording to make next."""
         return experiment(self._fitter, rivals, silent, self.noise)
+
+    def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
+        """Effects of the hypothesis that the recording could not have shown beside its others, and why."""
+        return silent(self._fitter, hypothesis, self._expected / self._temper, sorted(hypothesis.values))
 
     def _describe(self) -> str:
         velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"

@@ -7,6 +7,7 @@ longer than the observer remembers.
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 from scipy.stats import t as student
 
 from vision_s2r.diagnose.case import Hypothesis
@@ -20,6 +21,7 @@ FINER = 4  # times the integrator's steps, for what its step size does to parame
 # Both calibrated on simulated machines, so that 95 % of the intervals hold the truth: what the sandwich misses of the
 # residual's memory, and what another integrator makes of the same parameter, relative to it.
 WIDER, INTEGRATOR = 1.4, 5e-4
+AT_BOUND = 0.01  # of the range
 
 
 @dataclass(frozen=True)
@@ -81,28 +83,75 @@ def blocks(unit: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
 def intervals(of: Scores, level: float = 0.95) -> dict[str, dict[str, tuple[float, float]]]:
     """Interval of every parameter."""
     space = of.space
-    count = len(of.unit)
-    inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
-    covariance = of.inverse @ inner @ of.inverse
-    to_machine = np.eye(space.size)  # from coordinates to coded parameters
-    columns = {c.column: k for k, c in enumerate(space.coordinates)}
-    for k, c in enumerate(space.coordinates):
-        if c.above is not None and c.above in columns:
-            to_machine[k, columns[c.above]] = 1.0
-    covariance, bias = to_machine @ covariance @ to_machine.T, to_machine @ of.bias
-    quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
     row = space.machines(of.point[None])[0]
     out: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in space.effects}
-    for k, c in enumerate(space.coordinates):
-        reach = float(WIDER * np.sqrt(max(covariance[k, k], 0.0)) * quantile + abs(bias[k]))
+    for c, reach in zip(space.coordinates, _sandwich(of, level)[1], strict=False):
         value = float(row[c.column])
-        reach += INTEGRATOR * (1.0 if c.log else abs(value))
         if c.log:
             reach = min(reach, 20.0)
             out[c.effect][c.parameter] = (value * float(np.exp(-reach)), value * float(np.exp(reach)))
         else:
             out[c.effect][c.parameter] = (value - reach, value + reach)
     return out
+
+
+def covariance(of: Scores) -> np.ndarray:
+    """Of the parameters of `of.space.coordinates` [K, K] in their own units, of a normal distribution.
+
+    Its standard deviations are those of the 95 % `intervals`; to first order where a coordinate is a logarithm.
+    """
+    count = len(of.space.coordinates)
+    plain, reach = (each[:count] for each in _sandwich(of, 0.95))
+    row = of.space.machines(of.point[None])[0]
+    size = np.array([row[c.column] if c.log else 1.0 for c in of.space.coordinates])
+    deviation = np.sqrt(np.diag(plain[:, :count]))
+    scale = size * reach / norm.ppf(0.975) / np.maximum(deviation, 1e-300)
+    return plain[:, :count] * scale * scale[:, None]
+
+
+def information(of: Scores) -> np.ndarray:
+    """What the recording alone, without priors, says of `of.space.coordinates` [K, K]: inverse to a covariance."""
+    count = len(of.space.coordinates)
+    back = np.linalg.inv(_to_machine(of.space))
+    return (back.T @ of.curvature.sum(axis=0) @ back)[:count, :count]
+
+
+def at_bound(of: Scores, name: str) -> bool:
+    """Whether a parameter of this name sits at an end of its range at which it vanishes from sight."""
+    space = of.space
+    for k, owner in enumerate(space.owner):
+        if owner != name:
+            continue
+        margin = AT_BOUND * (space.high[k] - space.low[k])
+        low = of.point[k] < space.low[k] + margin and space.coordinates[k].log
+        if low or of.point[k] > space.high[k] - margin:
+            return True
+    return False
+
+
+def _sandwich(of: Scores, level: float) -> tuple[np.ndarray, np.ndarray]:
+    """Covariance [D, D] of coded parameters, and how far [D] their intervals reach to either side."""
+    space = of.space
+    count = len(of.unit)
+    inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
+    to_machine = _to_machine(space)
+    plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
+    quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
+    reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile + np.abs(to_machine @ of.bias)
+    row = space.machines(of.point[None])[0]
+    for k, c in enumerate(space.coordinates):
+        reach[k] += INTEGRATOR * (1.0 if c.log else abs(row[c.column]))
+    return plain, reach
+
+
+def _to_machine(space: Space) -> np.ndarray:
+    """[D, D] from coordinates to coded parameters: some are measured from others."""
+    matrix = np.eye(space.size)
+    columns = {c.column: k for k, c in enumerate(space.coordinates)}
+    for k, c in enumerate(space.coordinates):
+        if c.above is not None and c.above in columns:
+            matrix[k, columns[c.above]] = 1.0
+    return matrix
 
 
 def spread(of: Scores, name: str) -> float:
