@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 INK, BEFORE, AFTER, FLOOR = "#1f2328", "#d1495b", "#2e7d8c", "#8c959f"
 WIDTH = 10.0  # inches
@@ -16,16 +17,16 @@ Panel = Mapping[str, np.ndarray]  # measured, before, after
 
 def series(t: np.ndarray, panels: Mapping[str, Panel]) -> bytes:
     """Panels over a common time `t` [T] (s), by label ("velocity, rad/s"): measured, before and after [T] of each."""
-    figure, axes = _figure(len(panels), 1, 2.6 * len(panels), sharex=True)
+    figure, axes = canvas(len(panels), 1, 2.6 * len(panels), sharex=True)
     for axis, (label, panel) in zip(axes.flat, panels.items(), strict=True):
         axis.plot(t, panel["measured"], color=INK, linewidth=2.4, alpha=0.35, label="measured")
         axis.plot(t, panel["before"], color=BEFORE, linewidth=1.1, label="simulator")
         axis.plot(t, panel["after"], color=AFTER, linewidth=1.1, label="simulator with the effects found")
         axis.set_ylabel(label)
-        _plain(axis)
+        plain(axis)
     axes.flat[0].legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2)
     axes.flat[-1].set_xlabel("t, s")
-    return _png(figure)
+    return png(figure)
 
 
 def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> bytes:
@@ -33,7 +34,7 @@ def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.nd
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
     heights = [0.7 + 0.3 * max(len(labels) for labels, *_ in row) for row in _rows(list(parts.values()), columns)]
-    figure, axes = _figure(rows, columns, sum(heights), height_ratios=heights)
+    figure, axes = canvas(rows, columns, sum(heights), height_ratios=heights)
     for axis, (name, (labels, before, after, floor)) in zip(axes.flat, parts.items(), strict=False):
         at = np.arange(len(labels))
         axis.barh(at - 0.19, before, 0.36, color=BEFORE, label="before")
@@ -44,12 +45,13 @@ def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.nd
         axis.set_ylim(len(labels) - 0.4, -0.6)
         axis.set_title(name.replace("_", " "), fontsize=10, loc="left")
         axis.set_xlabel(unit, fontsize=8)
-        _plain(axis)
+        axis.xaxis.set_major_locator(MaxNLocator(5))
+        plain(axis)
     for axis in list(axes.flat)[len(parts) :]:
         axis.remove()
     handles, names = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, names, frameon=False, fontsize=8, ncols=3, loc="outside upper right")
-    return _png(figure)
+    return png(figure)
 
 
 def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, Sequence[np.ndarray]]) -> bytes:
@@ -57,7 +59,7 @@ def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, 
     titles = [*columns, *residuals]
     rows = max(len(pictures) for pictures in columns.values())
     height, width = next(iter(columns.values()))[0].shape[:2]
-    figure, axes = _figure(rows, len(titles), 0.3 + rows * WIDTH / len(titles) * height / width)
+    figure, axes = canvas(rows, len(titles), 0.3 + rows * WIDTH / len(titles) * height / width)
     spread = [np.abs(each).ravel() for pictures in residuals.values() for each in pictures]
     limit = max(float(np.quantile(np.concatenate(spread), 0.99)), 4 / 255) if spread else 1.0
     for column, title in enumerate(titles):
@@ -70,12 +72,12 @@ def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, 
                 axis.imshow(np.clip(0.5 + residuals[title][row] / (2 * limit), 0, 1), interpolation="nearest")
             if row == 0:
                 axis.set_title(title, fontsize=9, loc="left")
-    return _png(figure)
+    return png(figure)
 
 
 def maps(unit: str, panels: Mapping[str, np.ndarray]) -> bytes:
     """Maps [rows, columns] of the picture, by title, on one scale."""
-    figure, axes = _figure(1, len(panels), 3.4)
+    figure, axes = canvas(1, len(panels), 3.4)
     top = max(float(np.nanmax(values)) for values in panels.values())
     for axis, (title, values) in zip(axes.flat, panels.items(), strict=True):
         image = axis.imshow(values, vmin=0, vmax=top, cmap="magma")
@@ -83,25 +85,28 @@ def maps(unit: str, panels: Mapping[str, np.ndarray]) -> bytes:
         axis.set_xticks([])
         axis.set_yticks([])
     figure.colorbar(image, ax=axes, label=unit, shrink=0.9)
-    return _png(figure)
+    return png(figure)
 
 
 def _rows(items: list[Any], columns: int) -> list[list[Any]]:
     return [items[k : k + columns] for k in range(0, len(items), columns)]
 
 
-def _figure(rows: int, columns: int, height: float, **keys: Any) -> tuple[Figure, np.ndarray]:
+def canvas(rows: int, columns: int, height: float, **keys: Any) -> tuple[Figure, np.ndarray]:
+    """A figure of this height (inches) and its axes [rows, columns]; `keys` are those of `Figure.subplots`."""
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, layout="constrained")
     return figure, figure.subplots(rows, columns, squeeze=False, **keys)
 
 
-def _plain(axis: Axes) -> None:
+def plain(axis: Axes) -> None:
+    """Two spines less, small labels."""
     axis.spines[["top", "right"]].set_visible(False)
     axis.tick_params(labelsize=8)
     axis.margins(x=0.01)
 
 
-def _png(figure: Figure) -> bytes:
+def png(figure: Figure) -> bytes:
+    """The figure as a PNG, the same bytes every time."""
     content = io.BytesIO()
     figure.savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()
