@@ -1,0 +1,40 @@
+"""Logs of machines whose parameters are known."""
+
+import numpy as np
+
+from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.recording import JointRecording
+
+NOMINAL = {
+    "torque_constant": 0.5,
+    "inertia": 0.02,
+    "viscous_damping": 0.1,
+    "coulomb_friction": 0.02,
+    "gravity_torque": 0.0,
+    "bias_torque": 0.0,
+}
+
+
+def steps(episodes: int = 4, samples: int = 600, largest: float = 1.8) -> np.ndarray:
+    """Currents [E, T] that change at random five times a second."""
+    drawn = np.random.default_rng(1).uniform(-largest, largest, (episodes, samples // 20))
+    return np.repeat(drawn, 20, axis=1)
+
+
+def a_log(
+    effects: dict[str, dict[str, float]], command: np.ndarray | None = None, noise: tuple[float, float] = (1e-4, 1e-3)
+) -> JointRecording:
+    """What sensors of this noise (rad, rad/s) show of the nominal joint with these effects, 100 times a second."""
+    command = steps() if command is None else command
+    states = simulate(pack(Nominal(**NOMINAL), effects)[None], command, np.zeros((len(command), 2)), 0.01)[0]
+    states = states + np.random.default_rng(0).normal(size=states.shape) * noise
+    return JointRecording(
+        nominal=NOMINAL,
+        sample_time=0.01,
+        units="rotary",
+        command=command,
+        position=states[..., 0],
+        velocity=states[..., 1],
+        lengths=np.full(len(command), command.shape[1]),
+        episodes=tuple(range(len(command))),
+    )

@@ -1,0 +1,99 @@
+"""Machines with known effects come out as they are, with what is unsure said to be so."""
+
+import json
+
+import numpy as np
+import pytest
+from machines import NOMINAL, a_log, steps
+
+from vision_s2r.errors import UserError
+from vision_s2r.identify import IdentifyConfig, identify, identify_all
+from vision_s2r.identify.config import HoldConfig
+from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.randomize import load_distribution
+from vision_s2r.recording import write
+
+TRUTH = {
+    "viscous_damping": {"value": 0.15},
+    "coulomb_friction": {"value": 0.05},
+    "inertia": {"value": 0.018},
+    "compliance": {"stiffness": 8.0, "damping": 0.02},
+}
+
+
+@pytest.fixture(scope="module")
+def springy(tmp_path_factory):
+    """The folder of an identification of a joint with a spring, from the command's configuration to its files."""
+    folder = tmp_path_factory.mktemp("springy")
+    log, other = (
+        str(write(a_log(TRUTH, steps(4, samples)), folder / name)) for name, samples in (("a", 600), ("b", 300))
+    )
+    identify_all(IdentifyConfig(recording=log, effects=["compliance"], validate=other, out=str(folder / "out")))
+    return folder / "out"
+
+
+def test_parameters_and_effects_lie_in_their_intervals(springy):
+    result = json.loads((springy / "identified.json").read_text())
+    found = {each["name"]: each["parameters"] for each in result["effects"]}
+    truth = {name: {"value": value} for name, value in NOMINAL.items() if name != "torque_constant"} | TRUTH
+    assert found.keys() == truth.keys()
+    for name, given in truth.items():
+        for key, value in given.items():
+            low, high = found[name][key]["ci"]
+            assert low <= value <= high, (name, key)
+            assert high - low <= max(0.1 * abs(value), 2e-3), (name, key)
+    assert result["unidentified"] == [] and result["doubtful"] == []
+    gap = result["gap"]
+    assert gap["before"] > 10 * gap["floor"] and gap["after"] < 1.1 * gap["floor"] < gap["refitted"]
+    assert result["validation"]["velocity_rmse"]["after"] < 0.05 * result["validation"]["velocity_rmse"]["before"]
+
+
+def test_the_posterior_is_the_intervals(springy):
+    result = json.loads((springy / "identified.json").read_text())
+    drawn = load_distribution(springy / "posterior.yaml", JOINT_EFFECTS).sample(4000, np.random.default_rng(0))
+    for effect in result["effects"]:
+        for key, each in effect["parameters"].items():
+            values, (low, high) = drawn[effect["name"]][key], each["ci"]
+            assert np.quantile(values, [0.025, 0.975]) == pytest.approx([low, high], abs=0.05 * (high - low))
+    labels = [label.partition(".") for label in result["correlation"]["parameters"]]
+    columns = [drawn[name][key or "value"] for name, _, key in labels]
+    assert np.corrcoef(columns) == pytest.approx(np.array(result["correlation"]["matrix"]), abs=0.08)
+
+
+def test_pictures_and_the_patch_are_there(springy):
+    names = {path.name for path in springy.iterdir()}
+    assert {"before_after.png", "where.png", "correlation.png", "patch"} <= names
+    assert "compliance" in (springy / "patch" / "joint.yaml").read_text()
+
+
+def test_a_torque_constant_needs_something_known():
+    log = a_log({"torque_constant": {"value": 0.45}, "inertia": {"value": 0.018}})
+    found = identify(log, IdentifyConfig(effects=["torque_constant"], hold=HoldConfig(inertia=0.018)))
+    assert found.values["torque_constant"]["value"] == pytest.approx(0.45, rel=0.01)
+    assert found.left == {} and found.values["inertia"]["value"] == 0.018
+    found = identify(log, IdentifyConfig(effects=["torque_constant"]))
+    assert "scales everything" in found.left["inertia"].why
+    assert found.values["torque_constant"]["value"] == pytest.approx(0.45 * 0.02 / 0.018, rel=0.01)
+
+
+def test_what_is_absent_or_silent_is_said_to_be_so():
+    found = identify(a_log({}), IdentifyConfig(effects=["backlash", "torque_saturation"]))
+    assert "end of its range" in found.doubts["backlash"].why
+    assert "end of its range" in found.doubts["torque_saturation"].why
+    weak = a_log({}, steps(largest=0.1))  # which hardly moves its own friction
+    found = identify(weak, IdentifyConfig(effects=["torque_saturation"]))
+    assert found.left["torque_saturation"].why == "the torque never comes near a plausible limit"
+
+
+@pytest.mark.parametrize("current", [0.0, 0.03])
+def test_a_joint_at_rest_shows_nothing(current):
+    resting = a_log({"coulomb_friction": {"value": 0.05}}, np.full((3, 300), current))
+    with pytest.raises(UserError, match=r"nothing can be identified \(.*inertia: .*\).*[Ff]ast reversals") as error:
+        identify(resting, IdentifyConfig())
+    assert "\n" not in str(error.value)
+
+
+def test_a_joint_that_never_moves_at_all():
+    still = a_log({}, np.zeros((3, 300)), noise=(0.0, 0.0))
+    with pytest.raises(UserError, match="the joint never moves"):
+        identify(still, IdentifyConfig())

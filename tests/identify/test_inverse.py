@@ -1,0 +1,57 @@
+"""Least squares on the torque balance: on machines that are known, and beside what was published of a real one."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from machines import a_log, steps
+
+from vision_s2r.errors import UserError
+from vision_s2r.identify import IdentifyConfig, identify
+from vision_s2r.identify.config import InverseConfig
+from vision_s2r.identify.emps import ERRORS, METHODS, MODELS, compare
+from vision_s2r.identify.identify import torque_error
+from vision_s2r.recording import read
+
+EMPS = Path(__file__).resolve().parents[2].parent / "shared" / "real" / "emps"
+TRUTH = {
+    "viscous_damping": {"value": 0.15},
+    "coulomb_friction": {"value": 0.05},
+    "gravity_torque": {"value": 0.1},
+    "asymmetric_friction": {"viscous": 0.03, "coulomb": 0.01},
+}
+
+
+def test_linear_parameters_come_out():
+    log = a_log(TRUTH, steps(4, 1600))
+    found = identify(log, IdentifyConfig(method="inverse", effects=["asymmetric_friction"]))
+    assert found.values["inertia"]["value"] == pytest.approx(0.02, rel=0.02)
+    for name, given in TRUTH.items():
+        for key, value in given.items():
+            assert found.values[name][key] == pytest.approx(value, rel=0.05), (name, key)
+    errors = torque_error(log, found.values, InverseConfig())
+    assert errors["after"] < 0.02 < errors["before"]
+    assert found.gap.after.mean() < 0.01 * found.gap.before.mean()
+    assert np.diag(found.estimate.correlation) == pytest.approx(1.0)
+
+
+def test_effects_that_are_not_linear_are_refused():
+    with pytest.raises(UserError, match="no torque is linear in backlash alone, expected method=forward"):
+        identify(a_log({}), IdentifyConfig(method="inverse", effects=["backlash"]))
+
+
+def test_filters_need_their_length():
+    with pytest.raises(UserError, match="longest episode has 120 samples, expected 140 or more"):
+        identify(a_log({}, steps(6, 120)), IdentifyConfig(method="inverse"))
+    with pytest.raises(UserError, match="expected 9 or less at 100 samples/s"):
+        identify(a_log({}, steps(6, 120)), IdentifyConfig(method="inverse", inverse=InverseConfig(bandwidth=20.0)))
+
+
+@pytest.mark.skipif(not EMPS.exists(), reason=f"{EMPS} is not there: measurements of the real axis are kept apart")
+@pytest.mark.parametrize("model", MODELS)
+def test_a_real_axis_comes_out_as_published(model):
+    estimation, pulses = read(EMPS / "estimation"), read(EMPS / "validation_pulses", hold_out=False)
+    column = compare(MODELS[model], estimation, pulses, *METHODS["inverse, force as sampled"])
+    for row, published in MODELS[model].published.items():
+        tolerance = 0.02 if row in ERRORS else 0.0025  # errors were published to two digits
+        assert column[row]["value"] == pytest.approx(published, rel=tolerance), row

@@ -1,0 +1,38 @@
+"""Parameters with how sure they are, whatever the method."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+
+from vision_s2r.diagnose.case import Hypothesis
+
+Label: TypeAlias = tuple[str, str]  # effect, parameter
+Intervals: TypeAlias = dict[str, dict[str, tuple[float, float]]]
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The effects of a joint that were identified."""
+
+    hypothesis: Hypothesis
+    intervals: Intervals  # 95 %, by effect and parameter
+    labels: tuple[Label, ...]  # [K] of the covariance
+    covariance: np.ndarray  # [K, K] of the parameters in their own units, of a normal distribution with these intervals
+
+    @property
+    def values(self) -> np.ndarray:
+        """[K], as `labels` has them."""
+        return np.array([self.hypothesis.values[effect][parameter] for effect, parameter in self.labels])
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """[K, K]."""
+        deviation = np.sqrt(np.diag(self.covariance))
+        return self.covariance / np.maximum(np.outer(deviation, deviation), 1e-300)
+
+
+def title(label: Label) -> str:
+    """A parameter's name among others: its effect's where that has no other."""
+    effect, parameter = label
+    return effect if parameter == "value" else f"{effect}.{parameter}"

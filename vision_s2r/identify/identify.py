@@ -1,0 +1,164 @@
+"""From recordings to parameters."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names
+from vision_s2r.diagnose.gap import Gap
+from vision_s2r.diagnose.joint import JointCase
+from vision_s2r.diagnose.reading import diagnosed, read_report
+from vision_s2r.diagnose.replay import free_run, measured
+from vision_s2r.errors import UserError
+from vision_s2r.identify.config import IdentifyConfig, InverseConfig
+from vision_s2r.identify.estimate import Estimate
+from vision_s2r.identify.forward import Forward
+from vision_s2r.identify.identifiable import Reason, doubts, identifiable
+from vision_s2r.identify.inverse import KNOWN, Inverse, regression
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
+from vision_s2r.randomize import Posterior
+from vision_s2r.recording import JointRecording
+
+Values = dict[str, dict[str, float]]  # by effect, its parameters by name
+
+
+@dataclass(frozen=True)
+class Identified:
+    """The parameters of a joint, and what they are worth."""
+
+    recording: JointRecording
+    case: JointCase
+    method: str  # forward | inverse
+    estimate: Estimate
+    held: dict[str, float]  # nominal parameters that were said to be known
+    left: dict[str, Reason]  # effects that the recording cannot identify; they stay as they were
+    doubts: dict[str, Reason]  # effects that were identified, but should not be trusted
+    gap: Gap  # on stretches that no fit has seen
+
+    @property
+    def values(self) -> Values:
+        """What to change in the simulator: nominal parameters that are known or identified, and effects."""
+        known = {name: {"value": value} for name, value in self.held.items()}
+        return known | {name: dict(given) for name, given in self.estimate.hypothesis.values.items()}
+
+    @property
+    def before(self) -> Hypothesis:
+        """The simulator as it came, in terms of the case, which knows what is held."""
+        return _nominal(self.recording, self.held)
+
+    @property
+    def posterior(self) -> Posterior:
+        """What the recording leaves open, to randomise over; what is held or lies on a lattice stays."""
+        parameters = [(name, key) for name, given in self.values.items() for key in given]
+        at = [parameters.index(label) for label in self.estimate.labels]
+        size = [
+            value if JOINT_EFFECTS[effect].parameter(key).scale == "log" else 1.0
+            for (effect, key), value in zip(self.estimate.labels, self.estimate.values, strict=True)
+        ]
+        covariance = np.zeros((len(parameters), len(parameters)))
+        covariance[np.ix_(at, at)] = self.estimate.covariance / np.outer(size, size)
+        return Posterior(JOINT_EFFECTS, self.values, covariance)
+
+
+def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
+    """Identify the nominal parameters of a joint, and the effects that `cfg` names, from one recording.
+
+    Raises UserError for effects that are not known, or not by this method, and where nothing can be identified.
+    """
+    asked = frozenset(cfg.effects) | _reported(cfg.report)
+    held = cfg.hold.known()
+    wanted = asked | (frozenset(DYNAMICS) - {"torque_constant"} - held.keys())
+    if recording.units == "linear" and not recording.nominal["gravity_torque"]:
+        wanted -= {"gravity_torque"} - asked  # the sine of a distance is no load
+    if cfg.method == "inverse" and not wanted <= KNOWN:
+        raise UserError(f"method=inverse: no torque is linear in {min(wanted - KNOWN)} alone, expected method=forward")
+    known = replace(recording, nominal=recording.nominal | held)
+    case = _open(known, asked)
+    found = identifiable(case, wanted, asked)
+    if not found.fitted.values:
+        why = "; ".join(f"{name}: {reason.why}" for name, reason in found.left.items())
+        raise UserError(f"nothing can be identified ({why}). {case.experiment([], sorted(found.left))}")
+    whole, plain = _methods(known, case, found.fitted, cfg)
+    estimate = whole.estimate()
+    units = range(case.units)
+    nominal = _nominal(recording, held)
+    gap = Gap(
+        before=case.error(nominal, units),
+        refitted=_held_out(case, plain),
+        after=_held_out(case, whole),
+        floor=case.floor(units),
+        seed=cfg.seed,
+    )
+    doubtful = doubts(case, found.fitted)
+    return Identified(recording, case, cfg.method, estimate, held, dict(found.left), doubtful, gap)
+
+
+def validate(identified: Identified, recording: JointRecording, cfg: InverseConfig) -> dict[str, dict[str, float]]:
+    """How far another recording of the machine is from the simulator before and after; nothing is fitted to it.
+
+    Root mean squares of position and velocity in a free run; after the inverse method, also the relative torque error.
+    """
+    real = measured(recording)
+    runs = {"before": free_run(recording, {}), "after": free_run(recording, identified.values)}
+    found = {
+        f"{what}_rmse": {key: float(np.sqrt(np.nanmean((run - real)[..., k] ** 2))) for key, run in runs.items()}
+        for k, what in enumerate(("position", "velocity"))
+    }
+    if identified.method == "inverse":
+        found["torque_error"] = torque_error(recording, identified.values, cfg)
+    return found
+
+
+def torque_error(recording: JointRecording, values: Values, cfg: InverseConfig) -> dict[str, float]:
+    """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, before and after these effects, all linear."""
+    rows = regression(recording, cfg, np.zeros(recording.position.shape, dtype=int))
+    return {key: rows.error(recording.nominal, given) for key, given in (("before", {}), ("after", values))}
+
+
+def _nominal(recording: JointRecording, held: Mapping[str, float]) -> Hypothesis:
+    return Hypothesis({name: {"value": recording.nominal[name]} for name in held})
+
+
+def _reported(report: str) -> Names:
+    """The effects of the drive that a diagnosis found."""
+    if not report:
+        return frozenset()
+    content = read_report(report)
+    if content["kind"] != "joint":
+        raise UserError(f"{report}: is of a {content['kind']}, expected the report of a joint")
+    return frozenset(diagnosed(content))
+
+
+def _open(recording: JointRecording, asked: Names) -> JointCase:
+    """The recording beside a simulator that takes positions for a lattice's only where it is told to."""
+    if not any(np.ptp(row[:n]) > 0 for row, n in zip(recording.position, recording.lengths, strict=True)):
+        raise UserError("nothing can be identified: the joint never moves. Record fast and slow motion both ways.")
+    library = {effect.name: effect for effect in JOINT_EFFECTS}
+    if "encoder_quantization" not in asked:
+        del library["encoder_quantization"]
+    case = JointCase(recording, library)
+    if case.units < 2:
+        raise UserError(f"{recording.lengths.sum()} samples are too short to hold any out, expected 120 or more")
+    return case
+
+
+def _methods(
+    recording: JointRecording, case: JointCase, fitted: Hypothesis, cfg: IdentifyConfig
+) -> tuple[Forward | Inverse, Forward | Inverse]:
+    """The method for all effects of the fit, and for its nominal parameters alone."""
+    names = frozenset(fitted.values)
+    plain = names & frozenset(DYNAMICS)
+    if cfg.method == "forward":
+        return Forward(case, fitted), Forward(case, case.fit(plain, range(case.units), NOMINAL))
+    step = round(case.track.sample_time / recording.sample_time)
+    unit = case.track.unit[:, np.arange(recording.position.shape[1]) // step]
+    rows = regression(recording, cfg.inverse, unit)
+    return Inverse(rows, recording.nominal, names), Inverse(rows, recording.nominal, plain)
+
+
+def _held_out(case: JointCase, method: Forward | Inverse) -> np.ndarray:
+    """Mean squared error [units] of the gap, each unit under the fit to all others."""
+    units = range(case.units)
+    fits = [method.fit([other for other in units if other != unit]) for unit in units]
+    return np.array([case.error(fit, [unit])[0] for unit, fit in zip(units, fits, strict=True)])

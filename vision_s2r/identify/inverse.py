@@ -1,0 +1,143 @@
+"""The inverse method: least squares on the torque balance, with velocities and accelerations from positions.
+
+Positions are filtered by a zero-phase low-pass and differentiated centrally; the torque and every column of the
+regressor are then decimated alike, which filters the equation itself. (IDIM-LS: Janot, Vandanjon and Gautier, IEEE
+Transactions on Control Systems Technology 22, 2014. Cut-offs of 5 times the modelled bandwidth for positions and twice
+for the equation: Janot, Gautier and Brunot, "Data Set and Reference Models of EMPS", 2019.)
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, decimate, sosfiltfilt
+from scipy.stats import t as student
+
+from vision_s2r.diagnose.case import Hypothesis, Units, Values
+from vision_s2r.errors import UserError
+from vision_s2r.identify.config import InverseConfig
+from vision_s2r.identify.estimate import Estimate, Label
+from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.recording import JointRecording
+
+BANDWIDTH = 1 / 50  # of the sampling rate: what is modelled, where nothing else is said
+POSITION, RATE = 5.0, 5.0  # times the bandwidth: where positions are cut off, and the rate after decimation
+EDGE = 1.0  # periods of the bandwidth that are left out at either end of an episode: there the filters are wrong
+LEAST = 40  # samples between the edges
+
+# Torques that are linear in a parameter.
+COLUMNS: tuple[Label, ...] = (
+    ("inertia", "value"),
+    ("viscous_damping", "value"),
+    ("coulomb_friction", "value"),
+    ("gravity_torque", "value"),
+    ("bias_torque", "value"),
+    ("asymmetric_friction", "viscous"),
+    ("asymmetric_friction", "coulomb"),
+)
+KNOWN = frozenset(effect for effect, _ in COLUMNS)
+
+
+@dataclass(frozen=True)
+class Regression:
+    """The torque balance, row by row: torque = columns @ parameters."""
+
+    torque: np.ndarray  # [N] of the motor
+    columns: np.ndarray  # [N, 7], as COLUMNS
+    unit: np.ndarray  # [N] int: to be held out together
+
+    def error(self, nominal: Mapping[str, float], values: Values) -> float:
+        """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of the nominal parameters with these effects."""
+        theta = np.array([_value(label, nominal, values) for label in COLUMNS])
+        return float(np.linalg.norm(self.torque - self.columns @ theta) / np.linalg.norm(self.torque))
+
+
+def regression(recording: JointRecording, cfg: InverseConfig, unit: np.ndarray) -> Regression:
+    """The torque balance of a recording; `unit` [E, T] int says what is held out together.
+
+    Raises UserError where its episodes are too short for the filters, or its sampling is too slow.
+    """
+    rate = 1 / recording.sample_time
+    bandwidth = cfg.bandwidth or BANDWIDTH * rate
+    if POSITION * bandwidth > 0.45 * rate:
+        raise UserError(
+            f"inverse.bandwidth is {bandwidth:g} Hz, expected {0.45 * rate / POSITION:g} or less at {rate:g} samples/s"
+        )
+    edge = round(EDGE / bandwidth * rate)
+    parts = [
+        _episode(recording, k, bandwidth, cfg.held, slice(edge, length - edge), unit[k])
+        for k, length in enumerate(recording.lengths)
+        if length - 2 * edge >= LEAST
+    ]
+    if not parts:
+        raise UserError(
+            f"method=inverse: the longest episode has {recording.lengths.max()} samples, expected {2 * edge + LEAST} "
+            f"or more for an inverse.bandwidth of {bandwidth:g} Hz"
+        )
+    return Regression(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+
+def _episode(
+    recording: JointRecording, k: int, bandwidth: float, held: bool, inside: slice, unit: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Torque [N], columns [N, 7] and unit [N] of an episode."""
+    step, length = recording.sample_time, recording.lengths[k]
+    low_pass = butter(4, POSITION * bandwidth, output="sos", fs=1 / step)
+    position = sosfiltfilt(low_pass, recording.position[k, :length])
+    velocity = np.gradient(position, step)
+    acceleration = np.gradient(velocity, step)
+    sign, ones = np.sign(velocity), np.ones(length)
+    columns = [acceleration, velocity, sign, np.sin(position), ones, np.abs(velocity), np.abs(sign)]
+    command = recording.command[k, :length]
+    if held:
+        command = 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
+    every = max(1, round(1 / (step * RATE * bandwidth)))
+
+    def thinned(values: np.ndarray) -> np.ndarray:
+        return decimate(values[inside], every) if every > 1 else values[inside]
+
+    torque = thinned(recording.nominal["torque_constant"] * command)
+    return torque, np.stack([thinned(each) for each in columns], axis=1), unit[inside][::every]
+
+
+def _value(label: Label, nominal: Mapping[str, float], values: Values) -> float:
+    effect, parameter = label
+    return values[effect][parameter] if effect in values else nominal.get(effect, 0.0)
+
+
+class Inverse:
+    """Least squares of the parameters of some effects; the others are nominal."""
+
+    def __init__(self, rows: Regression, nominal: Mapping[str, float], names: frozenset[str]) -> None:
+        self._rows = rows
+        self._free = [k for k, (effect, _) in enumerate(COLUMNS) if effect in names]
+        held = [0.0 if k in self._free else _value(label, nominal, {}) for k, label in enumerate(COLUMNS)]
+        self._torque = rows.torque - rows.columns @ held
+
+    def estimate(self) -> Estimate:
+        """From all rows, with the standard intervals of least squares."""
+        columns = self._rows.columns[:, self._free]
+        theta, rest, _, _ = np.linalg.lstsq(columns, self._torque, rcond=None)
+        degrees = len(columns) - len(theta)
+        covariance = np.linalg.inv(columns.T @ columns) * float(rest[0]) / degrees
+        hypothesis = self._hypothesis(theta)
+        reach = float(student.ppf(0.975, degrees)) * np.sqrt(np.diag(covariance))
+        labels = tuple(COLUMNS[k] for k in self._free)
+        intervals: dict[str, dict[str, tuple[float, float]]] = {effect: {} for effect, _ in labels}
+        for (effect, parameter), value, each in zip(labels, theta, reach, strict=True):
+            intervals[effect][parameter] = (float(value - each), float(value + each))
+        return Estimate(hypothesis, intervals, labels, covariance)
+
+    def fit(self, units: Units) -> Hypothesis:
+        """From the rows of some units."""
+        inside = np.isin(self._rows.unit, list(units))
+        columns = self._rows.columns[inside][:, self._free]
+        return self._hypothesis(np.linalg.lstsq(columns, self._torque[inside], rcond=None)[0])
+
+    def _hypothesis(self, theta: np.ndarray) -> Hypothesis:
+        values: dict[str, dict[str, float]] = {}
+        for k, value in zip(self._free, theta, strict=True):
+            effect, parameter = COLUMNS[k]
+            bounds = JOINT_EFFECTS[effect].parameter(parameter)
+            values.setdefault(effect, {})[parameter] = min(max(float(value), bounds.low), bounds.high)
+        return Hypothesis(values)

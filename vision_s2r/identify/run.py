@@ -1,0 +1,52 @@
+"""From folders to folders."""
+
+from pathlib import Path
+from typing import Any
+
+from vision_s2r.diagnose.config import folders, names
+from vision_s2r.errors import UserError
+from vision_s2r.identify import emps, two_point
+from vision_s2r.identify.config import IdentifyConfig, check
+from vision_s2r.identify.identify import identify, torque_error, validate
+from vision_s2r.identify.result import content, show, write_all
+from vision_s2r.recording import JointRecording, read
+
+
+def identify_all(cfg: IdentifyConfig) -> list[Path]:
+    """Identify the joints of cfg's recordings, each into its folder, and print what was found; or run an example.
+
+    One recording lands in `cfg.out`, of several each in a folder of `cfg.out` with its name. Returns the files to look
+    at first: identified.json, or what the example wrote.
+    """
+    check(cfg)
+    if cfg.example == "two_point":
+        return [two_point.run(Path(cfg.out), cfg.seed)]
+    given = folders(cfg.recording)
+    if cfg.example == "emps":
+        estimation, pulses = (joint(given[0] / name, hold_out=False) for name in ("estimation", "validation_pulses"))
+        return [emps.run(estimation, pulses, Path(cfg.out))]
+    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    return [_identify_into(folder, out, cfg) for folder, out in zip(given, outs, strict=True)]
+
+
+def joint(folder: Path, hold_out: bool = True) -> JointRecording:
+    """The recording in a folder. Raises UserError unless it is of a joint."""
+    recording = read(folder, hold_out)
+    if not isinstance(recording, JointRecording):
+        raise UserError(f"{folder}: a recording of a {recording.kind}, expected one of a joint")
+    return recording
+
+
+def _identify_into(folder: Path, out: Path, cfg: IdentifyConfig) -> Path:
+    recording = joint(folder)
+    other = joint(Path(cfg.validate), hold_out=False) if cfg.validate else None
+    try:
+        found = identify(recording, cfg)
+    except UserError as error:
+        raise UserError(f"{folder}: {error}") from error
+    errors: dict[str, Any] = {}
+    if cfg.method == "inverse":
+        errors["torque_error"] = torque_error(recording, found.values, cfg.inverse)
+    result = content(found, errors, validate(found, other, cfg.inverse) if other else {})
+    show(result)
+    return write_all(found, result, out)

@@ -1,0 +1,108 @@
+"""The worked example: a joint identified from two steady states, and what a wrong model of it costs.
+
+At constant speed J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) leaves K·u = b·ω + τ_f: a line that two points give.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import rich.box
+from rich.console import Console
+from rich.table import Table
+
+from vision_s2r.diagnose.files import write
+from vision_s2r.identify.config import IdentifyConfig
+from vision_s2r.identify.drawing import two_lines
+from vision_s2r.identify.identify import identify
+from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.recording import JointRecording
+
+SIMULATOR = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.10, coulomb_friction=0.02)
+CORRECTED = replace(SIMULATOR, viscous_damping=0.13)  # its damping a little better, its friction as wrong as before
+REALITY = replace(SIMULATOR, viscous_damping=0.15, coulomb_friction=0.05)
+IDENTIFIED = ("viscous_damping", "coulomb_friction")
+CURRENTS, SPEEDS = (1.0, 1.9), (3.0, 6.0)  # A, rad/s: the steady states that were measured
+TARGET = 5.0  # rad/s
+HELD, SAMPLE_TIME = 4.0, 0.01  # s: thirty time constants
+NOISE = (1e-4, 0.01)  # rad, rad/s: standard deviations of the sensors
+
+
+def from_steady_states(
+    torque_constant: float, currents: tuple[float, float], speeds: tuple[float, float]
+) -> tuple[float, float]:
+    """Viscous damping (N·m·s/rad) and Coulomb friction (N·m) of the line through two steady states, in A and rad/s."""
+    damping = torque_constant * (currents[1] - currents[0]) / (speeds[1] - speeds[0])
+    return damping, torque_constant * currents[0] - damping * speeds[0]
+
+
+def open_loop(joint: Nominal, speed: float) -> float:
+    """The current (A) that holds a speed (rad/s, above 0), as this model of the joint has it."""
+    return (joint.viscous_damping * speed + joint.coulomb_friction) / joint.torque_constant
+
+
+def reached(joint: Nominal, current: float) -> float:
+    """The steady speed (rad/s) of a current (A, not below 0)."""
+    return max(joint.torque_constant * current - joint.coulomb_friction, 0.0) / joint.viscous_damping
+
+
+def short(speed: float) -> float:
+    """By what share a speed falls short of the target."""
+    return 1 - speed / TARGET
+
+
+def response(joint: Nominal, current: float) -> np.ndarray:
+    """Speeds [T] (rad/s) every SAMPLE_TIME from rest under a current (A) that is held for HELD seconds."""
+    command = np.full((1, round(HELD / SAMPLE_TIME)), current)
+    return simulate(pack(joint, {})[None], command, np.zeros((1, 2)), SAMPLE_TIME)[0, 0, :, 1]
+
+
+def log(seed: int) -> JointRecording:
+    """What the sensors of the real joint show while each current is held until the speed is steady."""
+    command = np.repeat(np.array(CURRENTS)[:, None], round(HELD / SAMPLE_TIME), axis=1)
+    states = simulate(pack(REALITY, {})[None], command, np.zeros((2, 2)), SAMPLE_TIME)[0]
+    states = states + np.random.default_rng(seed).normal(size=states.shape) * NOISE
+    return JointRecording(
+        nominal={key: float(value) for key, value in vars(SIMULATOR).items()},
+        sample_time=SAMPLE_TIME,
+        units="rotary",
+        command=command,
+        position=states[..., 0],
+        velocity=states[..., 1],
+        lengths=np.full(2, command.shape[1]),
+        episodes=(0, 1),
+    )
+
+
+def run(out: Path, seed: int) -> Path:
+    """Print the example from the formula and from a simulated log, and draw it; returns the picture's path."""
+    exact = replace(SIMULATOR, **dict(zip(IDENTIFIED, from_steady_states(0.5, CURRENTS, SPEEDS), strict=True)))
+    found = identify(log(seed), IdentifyConfig())
+    logged = replace(SIMULATOR, **{name: found.values[name]["value"] for name in IDENTIFIED})
+    models = {
+        "the simulator": SIMULATOR,
+        "its damping corrected": CORRECTED,
+        "two steady states": exact,
+        "a simulated log": logged,
+    }
+    console = Console(highlight=False)
+    console.print(_table(models))
+    for name in IDENTIFIED:
+        low, high = found.estimate.intervals[name]["value"]
+        console.print(f"{name.replace('_', ' ')} from the log, 95 %: {low:.4f} to {high:.4f}")
+    current = open_loop(SIMULATOR, TARGET)
+    responses = {"simulator": response(SIMULATOR, current), "reality": response(REALITY, current)}
+    picture = two_lines(SIMULATOR, exact, (CURRENTS, SPEEDS), TARGET, responses, SAMPLE_TIME)
+    return write(out / "two_point.png", picture)
+
+
+def _table(models: dict[str, Nominal]) -> Table:
+    table = Table(box=rich.box.SIMPLE, show_edge=False, pad_edge=False)
+    for name in ("model", "b\nN·m·s/rad", "τ_f\nN·m", f"command for\n{TARGET:g} rad/s", "reached", "short"):
+        table.add_column(name, no_wrap=True)
+    for name, joint in models.items():
+        current = open_loop(joint, TARGET)
+        speed = reached(REALITY, current)
+        row = f"{joint.viscous_damping:.4f}", f"{joint.coulomb_friction:.4f}", f"{current:.2f} A", f"{speed:.2f} rad/s"
+        table.add_row(name, *row, f"{100 * short(speed):.1f} %".replace("-0.0", "0.0"))
+    return table
