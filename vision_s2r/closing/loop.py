@@ -17,12 +17,12 @@ from vision_s2r.closing.withheld import Withheld, withhold
 from vision_s2r.config import Config
 from vision_s2r.diagnose.config import DiagnoseConfig, folders
 from vision_s2r.diagnose.diagnose import diagnose_all
-from vision_s2r.diagnose.files import write
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
 from vision_s2r.evaluate.statistics import Bootstrap, Estimate
 from vision_s2r.evaluate.table import Table
+from vision_s2r.files import write
 from vision_s2r.render import Views, render
 from vision_s2r.translate import train_translator
 

@@ -13,9 +13,9 @@ from hydra.core.config_store import ConfigStore
 
 from vision_s2r.diagnose import pictures
 from vision_s2r.diagnose.config import folders, names
-from vision_s2r.diagnose.files import write
 from vision_s2r.diagnose.reading import diagnosed, read_report, values
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
 from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.progress import tracked
 from vision_s2r.recording import CameraRecording, JointRecording, Recording, read
