@@ -27,7 +27,8 @@ def whole(path: Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except OSError as error:
-        raise UserError(f"{path}: cannot be written ({error.strerror}): what was there before is unchanged") from error
+        reason = error.strerror or error
+        raise UserError(f"{path}: cannot be written ({reason}): what was there before is unchanged") from error
     finally:
         with contextlib.suppress(OSError):  # where a folder above it is a file, this too fails
             temporary.unlink()

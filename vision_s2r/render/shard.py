@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from safetensors.numpy import save_file
 
+from vision_s2r.files import whole
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene import (
     Renderer,
@@ -78,15 +79,10 @@ def state_arrays(state: SceneState) -> dict[str, np.ndarray]:
 
 
 def write(path: Path, tensors: dict[str, np.ndarray]) -> str:
-    """Write the shard, whole or not at all; returns its checksum."""
-    temporary = path.with_suffix(".tmp")
-    try:
+    """Write the shard, whole or not at all; returns its checksum. Raises UserError where that cannot be."""
+    with whole(path) as temporary:
         save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
-        digest = checksum(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return digest
+        return checksum(temporary)
 
 
 def checksum(path: Path) -> str:
