@@ -4,8 +4,10 @@ import hashlib
 from pathlib import Path
 
 import numpy as np
+from safetensors import SafetensorError
 from safetensors.numpy import save_file
 
+from vision_s2r.errors import UserError
 from vision_s2r.files import whole
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene import (
@@ -80,9 +82,12 @@ def state_arrays(state: SceneState) -> dict[str, np.ndarray]:
 
 def write(path: Path, tensors: dict[str, np.ndarray]) -> str:
     """Write the shard, whole or not at all; returns its checksum. Raises UserError where that cannot be."""
-    with whole(path) as temporary:
-        save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
-        return checksum(temporary)
+    try:
+        with whole(path) as temporary:
+            save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
+            return checksum(temporary)
+    except SafetensorError as error:  # of a full disk, too
+        raise UserError(f"{path}: cannot be written ({error})") from error
 
 
 def checksum(path: Path) -> str:
