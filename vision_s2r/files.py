@@ -1,11 +1,16 @@
 """Files that are there whole or not at all."""
 
 import contextlib
+import io
 import secrets
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vision_s2r.errors import UserError
+
+if TYPE_CHECKING:  # slow to import, and most who write files draw nothing
+    from matplotlib.figure import Figure
 
 
 def write(path: Path, content: str | bytes) -> Path:
@@ -13,6 +18,13 @@ def write(path: Path, content: str | bytes) -> Path:
     with whole(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
     return path
+
+
+def write_figure(path: Path, figure: "Figure", dpi: int) -> Path:
+    """Write a figure as PNG; returns its path. Raises UserError as `whole` does."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=dpi)
+    return write(path, content.getvalue())
 
 
 @contextlib.contextmanager
