@@ -12,6 +12,7 @@ import numpy as np
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.diagnose import pictures
+from vision_s2r.diagnose.case import Values
 from vision_s2r.diagnose.config import folders, names
 from vision_s2r.diagnose.reading import diagnosed, read_report, values
 from vision_s2r.errors import UserError
@@ -22,7 +23,6 @@ from vision_s2r.recording import CameraRecording, JointRecording, Recording, rea
 
 FORMAT = "vision-s2r/replay/1"
 COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k in ("measured", "before", "after")))
-Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
 
 
 @dataclass

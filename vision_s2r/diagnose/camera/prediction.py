@@ -18,6 +18,7 @@ from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.noise import Tail
 from vision_s2r.diagnose.camera.resampling import KERNELS, resampled
+from vision_s2r.diagnose.case import Values
 
 WARPS = frozenset({"camera_pose_offset", "lens_distortion", "chromatic_aberration"})
 BLURS = frozenset({"defocus_blur", "motion_blur", "low_resolution"})
@@ -29,7 +30,6 @@ FRONT = tuple(
     if effect.name not in TAIL | {"jpeg_compression"}
 )
 
-Values = Mapping[str, Mapping[str, float]]
 Stages = dict[
     tuple[object, ...], tuple[Tensor, bool]
 ]  # by the effects passed, the pictures, and whether they are light

@@ -11,7 +11,7 @@ from vision_s2r.diagnose.camera.codec import attenuation, codec_scatter
 from vision_s2r.diagnose.camera.elimination import chain, needed, without_idle
 from vision_s2r.diagnose.camera.fitting import Target
 from vision_s2r.diagnose.camera.lattice import jpeg_quality
-from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, Values, default_intrinsics
+from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, default_intrinsics
 from vision_s2r.diagnose.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
 from vision_s2r.diagnose.camera.silence import faint_blur
@@ -26,6 +26,7 @@ from vision_s2r.diagnose.camera.weighing import (
     measure,
     spread_map,
 )
+from vision_s2r.diagnose.case import Values
 from vision_s2r.recording import CameraRecording
 
 _FRAMES, _VALUES = 4, 400_000  # that a fit looks at, at most: frames, and values in them

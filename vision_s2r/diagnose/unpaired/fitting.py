@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.diagnose.camera.coordinates import Optics
+from vision_s2r.diagnose.case import Values
 from vision_s2r.diagnose.unpaired.scatter import Scatter
 from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
-from vision_s2r.diagnose.unpaired.space import Values, pack, smooth, starts, steps, unpack
+from vision_s2r.diagnose.unpaired.space import pack, smooth, starts, steps, unpack
 
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
 STEPPED = ("low_resolution", "jpeg_compression")  # go by whole numbers

@@ -4,8 +4,9 @@ import numpy as np
 from scipy.stats import t as student
 
 from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.diagnose.case import Values
 from vision_s2r.diagnose.unpaired.fitting import Fitter
-from vision_s2r.diagnose.unpaired.space import Values, pack, unpack
+from vision_s2r.diagnose.unpaired.space import pack, unpack
 
 _DRAWS = 500
 
