@@ -13,7 +13,7 @@ from hydra.core.config_store import ConfigStore
 
 from vision_s2r.diagnose import pictures
 from vision_s2r.diagnose.case import Values
-from vision_s2r.diagnose.config import folders, names
+from vision_s2r.diagnose.config import folders, outputs
 from vision_s2r.diagnose.reading import diagnosed, read_report, values
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
@@ -51,7 +51,7 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
     if cfg.jobs < 1:
         raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
     report = read_report(cfg.report)
-    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    outs = outputs(cfg.out, given)
     parallel = joblib.Parallel(min(cfg.jobs, len(given)), return_as="generator")
     calls = (joblib.delayed(_replay_into)(*each, report, cfg.seed) for each in zip(given, outs, strict=True))
     return list(tracked(parallel(calls), len(given), "recordings"))
