@@ -131,9 +131,7 @@ class Fitter:
     ) -> dict[str, dict[str, float]]:
         """Moved to the bottom nearby, by damped steps (Levenberg, Marquardt)."""
         now = {name: dict(given) for name, given in values.items()}
-        names = sorted(
-            name for name in now if name not in self.fixed and name not in ("low_resolution", "jpeg_compression")
-        )
+        names = sorted(name for name in now if name not in self.fixed and name not in STEPPED)
         if not names:
             return now
         loss, damping = self.loss(target - self.mean(now), free), 1e-3
