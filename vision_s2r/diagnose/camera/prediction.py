@@ -12,7 +12,6 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
 from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
@@ -176,9 +175,3 @@ def encoded(pictures: Tensor, quality: float) -> Tensor:
 
 def _tensors(values: Mapping[str, float], count: int) -> dict[str, Tensor]:
     return {key: torch.full((count,), value, dtype=torch.float32) for key, value in values.items()}
-
-
-def default_intrinsics(height: int, width: int) -> Tensor:
-    """Of a recording that gives none: the camera's own default, [4]."""
-    focal = DEFAULT_FOCAL_LENGTH * width
-    return torch.tensor([focal, focal, (width - 1) / 2, (height - 1) / 2])
