@@ -1,12 +1,10 @@
 """Two sets of pictures without a scene in common as a case of the diagnosis."""
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 import torch
 
-from vision_s2r.camera import CAMERA_EFFECTS, CameraEffect
 from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.lattice import jpeg_quality
@@ -44,7 +42,6 @@ class UnpairedCase:
     kind = "camera"
     sharp = True
     rough: Names = frozenset()
-    effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "statistics_distance"
     unit = "–"
