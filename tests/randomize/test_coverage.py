@@ -51,7 +51,13 @@ def test_of_boxes_it_is_the_product_and_counting_agrees() -> None:
     sampled = sampled_coverage(HAND_PICKED, target, 4000, np.random.default_rng(0))
     assert sampled.count == 4000 and sampled.share == sampled.covered / 4000
     assert sampled.low < covered_of_box(HAND_PICKED, target) < sampled.high
-    assert sampled.high - sampled.low == pytest.approx(2 * 1.96 * math.sqrt(5 / 12 * 7 / 12 / 4000), rel=0.02)
+    share, z2 = sampled.share, 1.959964**2  # Wilson's interval, by its formula
+    half = math.sqrt(z2 * share * (1 - share) / 4000 + z2**2 / 4 / 4000**2) / (1 + z2 / 4000)
+    assert sampled.high - sampled.low == pytest.approx(2 * half)
+    # The nominal point lies in the range, and is where the effect is off: covered, and once.
+    nominal = {"damping": {"value": 0.1}}
+    both = Box.of({"damping": {"probability": 0.5, "value": [0.1, 0.2]}}, EFFECTS, nominal)
+    assert covered_of_box(both, Box.of({"damping": {"value": 0.1}}, EFFECTS)) == 1
 
 
 def target_play(probability: float) -> dict[str, object]:
