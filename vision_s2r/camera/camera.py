@@ -9,7 +9,7 @@ import torch
 from torch import Tensor
 
 from vision_s2r.camera.colour import to_coded, to_linear
-from vision_s2r.camera.config import CameraConfig, EffectRange, check, effect_ranges
+from vision_s2r.camera.config import CameraConfig, check
 from vision_s2r.camera.effect import (
     CAMERA_EFFECTS,
     CameraEffect,
@@ -19,8 +19,8 @@ from vision_s2r.camera.effect import (
     JpegForm,
 )
 from vision_s2r.camera.parameters import CameraParameters
-from vision_s2r.effects import Parameter
 from vision_s2r.errors import UserError
+from vision_s2r.randomize import EffectRange, effect_ranges
 
 _FOCAL_LENGTH = 1.1  # picture widths: 49 degrees across
 
@@ -57,7 +57,7 @@ class Camera:
         """The camera of a configuration; UserError where a key or value cannot be."""
         check(config)
         return cls(
-            effect_ranges(config.effects),
+            effect_ranges(config.effects, CAMERA_EFFECTS),
             cast(Encoding, config.encoding),
             cast(Interpolation, config.interpolation),
             cast(JpegForm, config.jpeg),
@@ -67,7 +67,7 @@ class Camera:
     @classmethod
     def single(cls, effect: str, **values: float) -> "Camera":
         """One effect alone, always on, at its moderate setting but for `values`; pixels are pixels at any size."""
-        return cls(effect_ranges({effect: CAMERA_EFFECTS[effect].moderate() | values}))
+        return cls(effect_ranges({effect: CAMERA_EFFECTS[effect].moderate() | values}, CAMERA_EFFECTS))
 
     def sample(self, batch: int, generator: torch.Generator, height: int, width: int) -> CameraParameters:
         """Parameters for `batch` pictures of height x width (without margin), drawn on the CPU.
@@ -80,9 +80,10 @@ class Camera:
             effect = CAMERA_EFFECTS[name]
             on = torch.rand(batch, generator=generator, dtype=torch.float64) < drawn.probability
             values[name] = {}
-            for key, (low, high) in drawn.ranges.items():
+            for key, drawn_from in drawn.ranges.items():
                 parameter = effect.parameter(key)
-                value = _draw(batch, generator, low, high, parameter)
+                unit = torch.rand(batch, generator=generator, dtype=torch.float64)
+                value = drawn_from.at(unit, parameter.scale)
                 if parameter.unit == "px":
                     value = (value * size_ratio).clamp(parameter.low, parameter.high)
                 if parameter.neutral is not None:
@@ -138,16 +139,6 @@ class Camera:
         if intrinsics.shape != (batch, 4):
             raise UserError(f"camera: intrinsics of shape {tuple(intrinsics.shape)}, expected ({batch}, 4)")
         return Frame(height, width, margin, intrinsics.to(images), parameters.seeds, self.interpolation, self.jpeg)
-
-
-def _draw(batch: int, generator: torch.Generator, low: float, high: float, parameter: Parameter) -> Tensor:
-    """Uniform [batch] float64 in [low, high], or log-uniform where that is the parameter's scale."""
-    at = torch.rand(batch, generator=generator, dtype=torch.float64)
-    if low == high:
-        return torch.full_like(at, low)
-    if parameter.scale == "log":
-        return (low * (high / low) ** at).clamp(low, high)
-    return low + (high - low) * at
 
 
 def _active(effect: CameraEffect, parameters: CameraParameters) -> Tensor:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vision_s2r.randomize import Range
 from vision_s2r.scene import arm, tray
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.sampling import Stream, generator
@@ -56,6 +57,21 @@ class Light:
     diffuse: float
     specular: float
     shadow: bool
+
+
+@dataclass(frozen=True)
+class LightRanges:
+    """What a look's light is drawn from: its angle (rad) from the zenith, and coefficients as in getCameraImage."""
+
+    angle: Range
+    ambient: Range
+    diffuse: Range
+    specular: Range
+
+
+RANDOMISED_LIGHT = LightRanges(Range(0.0, 0.8), Range(0.3, 0.7), Range(0.3, 0.8), Range(0.0, 0.6))
+RANDOMISED_TINT = Range(0.75, 1.0)  # of each colour of the light
+REAL_LIGHT = LightRanges(Range(0.8, 1.05), Range(0.35, 0.5), Range(0.55, 0.85), Range(0.2, 0.8))
 
 
 @dataclass(frozen=True)
@@ -114,11 +130,11 @@ def randomised(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance
         return Surface(_rgb(tint), int(rng.integers(cfg.appearance.textures)), float(rng.uniform(0, 1)))
 
     light = Light(
-        _direction(rng, 0.0, 0.8),
-        _rgb(rng.uniform(0.75, 1.0, size=3)),
-        ambient=float(rng.uniform(0.3, 0.7)),
-        diffuse=float(rng.uniform(0.3, 0.8)),
-        specular=float(rng.uniform(0.0, 0.6)),
+        _direction(rng, RANDOMISED_LIGHT.angle),
+        _rgb(RANDOMISED_TINT.uniform(rng, 3)),
+        ambient=float(RANDOMISED_LIGHT.ambient.uniform(rng)),
+        diffuse=float(RANDOMISED_LIGHT.diffuse.uniform(rng)),
+        specular=float(RANDOMISED_LIGHT.specular.uniform(rng)),
         shadow=bool(rng.uniform() < 0.7),
     )
     return _dress("randomised", cfg, state, rng, surface, light)
@@ -138,11 +154,11 @@ def real(cfg: SceneConfig, state: SceneState) -> Appearance:
 
     warmth = rng.uniform(-1, 1)
     light = Light(
-        _direction(rng, 0.8, 1.05),
+        _direction(rng, REAL_LIGHT.angle),
         _rgb(np.array([1.0, 0.93, 0.80]) if warmth > 0 else np.array([0.86, 0.93, 1.0])),
-        ambient=float(rng.uniform(0.35, 0.5)),
-        diffuse=float(rng.uniform(0.55, 0.85)),
-        specular=float(rng.uniform(0.2, 0.8)),
+        ambient=float(REAL_LIGHT.ambient.uniform(rng)),
+        diffuse=float(REAL_LIGHT.diffuse.uniform(rng)),
+        specular=float(REAL_LIGHT.specular.uniform(rng)),
         shadow=True,
     )
     return _dress("real", cfg, state, rng, surface, light)
@@ -172,8 +188,8 @@ def _dress(
 
 def _distractors(cfg: SceneConfig, rng: np.random.Generator, surface: Callable[[], Surface]) -> list[Distractor]:
     """Low clutter on the table, beside or before the bin, where it hides nothing of it; each shape at most once."""
-    low, high = cfg.appearance.distractors
-    shapes = rng.choice(len(DISTRACTOR_SIZES), size=rng.integers(low, high + 1), replace=False)
+    count = Range(*cfg.appearance.distractors).integer(rng)
+    shapes = rng.choice(len(DISTRACTOR_SIZES), size=count, replace=False)
     return [_distractor(rng, int(shape), surface()) for shape in shapes]
 
 
@@ -185,9 +201,9 @@ def _distractor(rng: np.random.Generator, shape: int, surface: Surface) -> Distr
     return Distractor(shape, place, float(rng.uniform(0, np.pi)), surface)
 
 
-def _direction(rng: np.random.Generator, low: float, high: float) -> tuple[float, float, float]:
-    """Towards a light that stands between `low` and `high` (rad) from the zenith, anywhere around."""
-    angle, turn = rng.uniform(low, high), rng.uniform(0, 2 * np.pi)
+def _direction(rng: np.random.Generator, from_zenith: Range) -> tuple[float, float, float]:
+    """Towards a light that stands so far (rad) from the zenith, anywhere around."""
+    angle, turn = from_zenith.uniform(rng), rng.uniform(0, 2 * np.pi)
     return (
         float(np.sin(angle) * np.cos(turn)),
         float(np.sin(angle) * np.sin(turn)),

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from vision_s2r.errors import UserError
+from vision_s2r.randomize import Range
 
 
 @dataclass
@@ -64,14 +65,8 @@ class SceneConfig:
 
 def check(cfg: SceneConfig) -> None:
     """Raise UserError where a value cannot be simulated."""
-    low, high = _pair(cfg.objects.count, "scene.objects.count")
-    if not 1 <= low <= high <= MAX_OBJECTS:
-        raise UserError(f"scene.objects.count = [{low}, {high}]: expected 1 <= low <= high <= {MAX_OBJECTS}")
-    low, high = _pair(cfg.appearance.distractors, "scene.appearance.distractors")
-    if not 0 <= low <= high <= MAX_DISTRACTORS:
-        raise UserError(
-            f"scene.appearance.distractors = [{low}, {high}]: expected 0 <= low <= high <= {MAX_DISTRACTORS}"
-        )
+    _check_range(cfg.objects.count, 1, MAX_OBJECTS, "scene.objects.count")
+    _check_range(cfg.appearance.distractors, 0, MAX_DISTRACTORS, "scene.appearance.distractors")
     for name in ("textures", "real_textures", "texture_size"):
         if getattr(cfg.appearance, name) < 8:
             raise UserError(f"scene.appearance.{name} = {getattr(cfg.appearance, name)}: expected at least 8")
@@ -80,10 +75,12 @@ def check(cfg: SceneConfig) -> None:
             raise UserError(f"scene.physics.{name} = {getattr(cfg.physics, name)}: expected above 0")
 
 
-def _pair(values: list[int], name: str) -> tuple[int, int]:
+def _check_range(values: list[int], fewest: int, most: int, name: str) -> None:
     if len(values) != 2:
         raise UserError(f"{name} = {list(values)}: expected two numbers, [low, high]")
-    return values[0], values[1]
+    low, high = Range(*values, where=name)
+    if not fewest <= low <= high <= most:
+        raise UserError(f"{name} = [{low}, {high}]: expected {fewest} <= low <= high <= {most}")
 
 
 MAX_OBJECTS = 8

@@ -5,6 +5,7 @@ from enum import IntEnum
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from vision_s2r.randomize import Range
 from vision_s2r.scene import arm, objects, tray
 from vision_s2r.scene.config import SceneConfig, ViewpointConfig
 from vision_s2r.scene.state import Camera, SceneState
@@ -38,8 +39,7 @@ def sample_state(cfg: SceneConfig, seed: int, index: int) -> SceneState:
     ids = objects.object_ids(cfg.objects.split)
     rng = generator(seed, index, Stream.STATE)
     for _ in range(ATTEMPTS):
-        low, high = cfg.objects.count
-        chosen = rng.choice(len(ids), size=rng.integers(low, high + 1), replace=False)
+        chosen = rng.choice(len(ids), size=Range(*cfg.objects.count).integer(rng), replace=False)
         object_ids = tuple(ids[i] for i in chosen)
         poses = _settle(cfg, object_ids, rng)
         if poses is not None:
