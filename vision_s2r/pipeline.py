@@ -12,6 +12,7 @@ from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.grasp import train_policy
 from vision_s2r.render import Views, render
+from vision_s2r.scene import SceneConfig
 from vision_s2r.translate import Translator, train_translator
 
 Training = Callable[[Config, int], Path]
@@ -23,13 +24,27 @@ def run(cfg: Config) -> Path:
 
     Each stage keeps what it finished: the same command goes on where it was interrupted.
     """
-    test_scene = replace(cfg.scene, objects=replace(cfg.scene.objects, split="test"))
+    render_sets(cfg)
+    table = evaluation(cfg, train(cfg))
+    evaluate(table, test_scene(cfg))
+    return Path(table.out) / "index.html"
+
+
+def render_sets(cfg: Config) -> None:
+    """Render what is missing of the training, validation and test scenes. Raises UserError as `render` does."""
     render(cfg.scene, cfg.data.train)
     render(cfg.scene, cfg.data.validation)
-    render(test_scene, cfg.data.test)
-    table = evaluation(cfg, train(cfg))
-    evaluate(table, test_scene)
-    return Path(table.out) / "index.html"
+    render(test_scene(cfg), cfg.data.test)
+
+
+def test_scene(cfg: Config) -> SceneConfig:
+    """The scene of cfg with objects that no training sees."""
+    return replace(cfg.scene, objects=replace(cfg.scene.objects, split="test"))
+
+
+def training_sets(cfg: Config) -> tuple[Views, Views]:
+    """Training and validation views. Raises UserError unless they are rendered."""
+    return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
 
 
 def train(cfg: Config) -> Checkpoints:
@@ -57,29 +72,25 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
 def _translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomised pictures through the training camera to canonical ones."""
     out = Path(cfg.out) / f"translator-{seed}"
-    return train_translator(*_sets(cfg), cfg.translate, cfg.camera, cfg.validation_camera, out, seed)
+    return train_translator(*training_sets(cfg), cfg.translate, cfg.camera, cfg.validation_camera, out, seed)
 
 
 def _policy(cfg: Config, seed: int) -> Path:
     """The policy that only ever sees canonical views."""
     out = Path(cfg.out) / f"policy-{seed}"
-    return train_policy(*_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
+    return train_policy(*training_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
 
 
 def _adapted(cfg: Config, seed: int) -> Path:
     """The canonical policy, which this seed's translator helps to train."""
     out, translator = Path(cfg.out) / f"adapted-{seed}", Translator.load(_translator(cfg, seed))
-    return train_policy(*_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
+    return train_policy(*training_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
 
 
 def _baseline(cfg: Config, seed: int) -> Path:
     """Domain randomisation: a policy of the same size and cost on randomised pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
-    return train_policy(*_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
-
-
-def _sets(cfg: Config) -> tuple[Views, Views]:
-    return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+    return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
 
 
 def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:

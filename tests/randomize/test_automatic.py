@@ -54,6 +54,14 @@ def test_a_boundary_widens_where_the_policy_performs_well_and_narrows_where_it_d
     assert tuple(randomisation.ranges()["damping"]["value"]) == pytest.approx((0.09, 0.11))
 
 
+def test_a_dimension_may_have_a_step_of_its_own() -> None:
+    randomisation = automatic(DAMPING, STIFFNESS)
+    for boundary in (HIGH, 2):
+        measure(randomisation, boundary, 30.0)
+    assert randomisation.ranges()["damping"]["value"].high == pytest.approx(0.1 + 0.02 * 0.5)
+    assert randomisation.ranges()["spring"]["stiffness"].low == pytest.approx(10 ** (4 * 0.95))
+
+
 def test_a_boundary_never_crosses_the_nominal_point_or_its_limit() -> None:
     randomisation = automatic()
     measure(randomisation, LOW, 0.0)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from safetensors import SafetensorError
 
 from vision_s2r.errors import UserError
 from vision_s2r.render import RenderConfig, Views, render
@@ -100,14 +101,19 @@ def test_a_folder_of_another_configuration_is_refused(views, config):
         render(other, config)
 
 
-def test_a_full_disk_is_one_clear_line_and_loses_nothing(config, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    "error",
+    [OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)), SafetensorError("I/O error: No space left on device")],
+    ids=["of the system", "of safetensors"],
+)
+def test_a_full_disk_is_one_clear_line_and_loses_nothing(config, tmp_path, monkeypatch, error):
     cfg = replace(config, out=str(tmp_path), grasps=0)
     save = shards.save_file
 
     def full(tensors, path):
         if "00001" in str(path):
             path.write_bytes(b"part")
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            raise error
         save(tensors, path)
 
     with monkeypatch.context() as patch:

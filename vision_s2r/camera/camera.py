@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import cast
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -21,8 +22,13 @@ from vision_s2r.camera.parameters import CameraParameters
 from vision_s2r.errors import UserError
 from vision_s2r.randomize import EffectRange, effect_ranges
 
-# Of the field of view assumed where no intrinsics are given: 49 degrees across.
-DEFAULT_FOCAL_LENGTH = 1.1  # picture widths
+_FOCAL_LENGTH = 1.1  # picture widths: 49 degrees across
+
+
+def default_intrinsics(height: int, width: int) -> np.ndarray:
+    """What is assumed where none are given: fx, fy, cx, cy [4] in pixels of a picture without margin."""
+    focal = _FOCAL_LENGTH * width
+    return np.array([focal, focal, (width - 1) / 2, (height - 1) / 2])
 
 
 class Camera:
@@ -129,8 +135,7 @@ class Camera:
         if margin < 0 or height < 2 or width < 2:
             raise UserError(f"camera: a margin of {margin} px does not fit pictures of {tuple(images.shape)}")
         if intrinsics is None:
-            focal = DEFAULT_FOCAL_LENGTH * width
-            intrinsics = torch.tensor([focal, focal, (width - 1) / 2, (height - 1) / 2]).expand(batch, 4)
+            intrinsics = torch.from_numpy(default_intrinsics(height, width)).expand(batch, 4)
         if intrinsics.shape != (batch, 4):
             raise UserError(f"camera: intrinsics of shape {tuple(intrinsics.shape)}, expected ({batch}, 4)")
         return Frame(height, width, margin, intrinsics.to(images), parameters.seeds, self.interpolation, self.jpeg)

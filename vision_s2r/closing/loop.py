@@ -17,13 +17,14 @@ from vision_s2r.closing.withheld import Withheld, withhold
 from vision_s2r.config import Config
 from vision_s2r.diagnose.config import DiagnoseConfig, folders
 from vision_s2r.diagnose.diagnose import diagnose_all
-from vision_s2r.diagnose.files import write
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
 from vision_s2r.evaluate.statistics import Bootstrap, Estimate
 from vision_s2r.evaluate.table import Table
-from vision_s2r.render import Views, render
+from vision_s2r.files import write
+from vision_s2r.pipeline import render_sets, test_scene, training_sets
+from vision_s2r.render import Views
 from vision_s2r.translate import train_translator
 
 log = logging.getLogger(__name__)
@@ -52,8 +53,8 @@ def close_gap(cfg: Config) -> Path:
     """
     check(cfg.closing)
     out = Path(cfg.out) / "closing"
-    sets = _sets(cfg)
-    cameras = _given(cfg) if cfg.recording else _withheld(cfg, sets[1], out)
+    render_sets(cfg)
+    cameras = _given(cfg) if cfg.recording else _withheld(cfg, out)
     reports = [_diagnosis(cfg, camera, out) for camera in cameras]
     trainings = [("everything", CONFIGS / "camera" / f"{cfg.closing.everything}.yaml")]
     for camera, report in zip(cameras, reports, strict=True):
@@ -70,15 +71,6 @@ def close_gap(cfg: Config) -> Path:
     return _summary(cfg, closed, out)
 
 
-def _sets(cfg: Config) -> tuple[Views, Views]:
-    """Training and validation views, rendered where they are missing; the test scenes too."""
-    test_scene = replace(cfg.scene, objects=replace(cfg.scene.objects, split="test"))
-    render(cfg.scene, cfg.data.train)
-    render(cfg.scene, cfg.data.validation)
-    render(test_scene, cfg.data.test)
-    return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
-
-
 def _given(cfg: Config) -> list[Withheld]:
     """The user's recordings; without a known truth, the diagnosis itself is what the table looks through."""
     paths = folders(cfg.recording)
@@ -88,9 +80,9 @@ def _given(cfg: Config) -> list[Withheld]:
     return [Withheld(path.resolve().name, path, truth) for path in paths]
 
 
-def _withheld(cfg: Config, views: Views, out: Path) -> list[Withheld]:
-    closing = cfg.closing
-    return withhold(views, closing.withheld, closing.frames, closing.effects, cfg.seed, out)
+def _withheld(cfg: Config, out: Path) -> list[Withheld]:
+    closing, validation = cfg.closing, Views.open(cfg.data.validation.out)
+    return withhold(validation, closing.withheld, closing.frames, closing.effects, cfg.seed, out)
 
 
 def _diagnosis(cfg: Config, camera: Withheld, out: Path) -> Path:
@@ -113,8 +105,7 @@ def _fine_tuned(cfg: Config, camera: CameraConfig, out: Path) -> Path:
         validate_every=max(cfg.closing.steps // 4, 1),
     )
     translate = replace(cfg.translate, start=cfg.closing.translator, training=training)
-    sets = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
-    return train_translator(*sets, translate, camera, camera, out, cfg.seed)
+    return train_translator(*training_sets(cfg), translate, camera, camera, out, cfg.seed)
 
 
 def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:
@@ -140,7 +131,7 @@ def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> T
         ratios=[],
         failures=[],
     )
-    return evaluate(settings, replace(cfg.scene, objects=replace(cfg.scene.objects, split="test")))
+    return evaluate(settings, test_scene(cfg))
 
 
 def recovered(closed: list[Closed]) -> Estimate:

@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 from vision_s2r.evaluate.statistics import wilson
+from vision_s2r.files import write_figure
 
 LABELS = {
     "before": "before",
@@ -21,7 +22,8 @@ COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#2b9348", "#dddddd")
 def draw(cameras: list[dict[str, Any]], path: Path) -> Path:
     """A group of bars a camera: grasp success of each translator, 95 % intervals. Returns the PNG's path."""
     rows = [row for row in LABELS if row in cameras[0]["success"]]
-    figure, axes = plt.subplots(figsize=(max(2.2 + 1.7 * len(cameras), 7.0), 3.6), layout="constrained")
+    figure = Figure(figsize=(max(2.2 + 1.7 * len(cameras), 7.0), 3.6), layout="constrained")
+    axes = figure.subplots()
     width = 0.85 / len(rows)
     for k, row in enumerate(rows):
         found = [wilson(round(c["success"][row] * c["attempts"]), c["attempts"]) for c in cameras]
@@ -33,7 +35,4 @@ def draw(cameras: list[dict[str, Any]], path: Path) -> Path:
     axes.set_ylabel("grasps held, %")
     axes.set_ylim(0, 100)
     axes.legend(fontsize=7, ncols=len(rows), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
-    temporary = path.with_suffix(".tmp.png")
-    figure.savefig(temporary, dpi=130)
-    plt.close(figure)
-    return temporary.replace(path)
+    return write_figure(path, figure, dpi=130)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from vision_s2r import files
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.gapbench.seal import camera_effects as studio
 from vision_s2r.recording import CameraRecording, write
@@ -67,7 +68,7 @@ def _camera(views: Views, frames: int, allowed: Sequence[str], seed: int, k: int
         shutil.rmtree(recording, ignore_errors=True)
         write(_recording(views, frames, values, rng), recording)
         truth = {"reference_size": views.size, "effects": {n: {"probability": 1.0, **v} for n, v in values.items()}}
-        truth_file.write_text(yaml.safe_dump(truth, sort_keys=False))
+        files.write(truth_file, yaml.safe_dump(truth, sort_keys=False))
     return Withheld(folder.name, recording, truth_file)
 
 

@@ -65,7 +65,15 @@ def folders(recording: Any) -> list[Path]:
     return [Path(each) for each in given]
 
 
-def names(folders: list[Path]) -> list[str]:
+def outputs(out: str, folders: list[Path]) -> list[Path]:
+    """The folder for what comes of each of `folders`: `out` itself, or one of its name in `out` where there are more.
+
+    Raises UserError where one is there twice.
+    """
+    return [Path(out) / name for name in _names(folders)] if len(folders) > 1 else [Path(out)]
+
+
+def _names(folders: list[Path]) -> list[str]:
     """A name for each folder: its own, with as many of its parents as tell it from the others."""
     for depth in range(1, max(len(folder.resolve().parts) for folder in folders) + 1):
         names = ["-".join(folder.resolve().parts[-depth:]).strip("/") for folder in folders]

@@ -15,7 +15,7 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.camera import CameraCase
 from vision_s2r.diagnose.case import Case
-from vision_s2r.diagnose.config import DiagnoseConfig, check, folders, names
+from vision_s2r.diagnose.config import DiagnoseConfig, check, folders, outputs
 from vision_s2r.diagnose.html import figures, write_html
 from vision_s2r.diagnose.joint import JointCase
 from vision_s2r.diagnose.patch import write_patch
@@ -78,7 +78,7 @@ def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
     """
     check(cfg)
     given = folders(cfg.recording)
-    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    outs = outputs(cfg.out, given)
     processes, threads = (cfg.jobs, 1) if len(given) > 1 else (1, cfg.jobs)
     parallel = joblib.Parallel(processes, return_as="generator")
     calls = (joblib.delayed(_diagnose_into)(*each, cfg, threads) for each in zip(given, outs, strict=True))

@@ -1,6 +1,5 @@
 """What a camera with given effects makes of simulated pictures, and how far that is from the real ones."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 
@@ -10,15 +9,14 @@ import torch.nn.functional as F
 from scipy.stats import wasserstein_distance
 
 from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.diagnose.camera.prediction import NOISES, WARPS
+from vision_s2r.diagnose.case import Values
 from vision_s2r.recording import CameraRecording
 
-NOISES = ("shot_noise", "read_noise")
-WARPS = ("camera_pose_offset", "lens_distortion", "chromatic_aberration")
 MARGIN = 0.25  # of the longer side: as far as warps may look beyond the picture
 QUANTILES = 512  # of the values of a picture, for the distance between sets
 TILE = 8  # px: of the places whose noise is measured apart
 FULL = 255.0  # grey levels
-Values = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True)

@@ -12,17 +12,17 @@ import numpy as np
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.diagnose import pictures
-from vision_s2r.diagnose.config import folders, names
-from vision_s2r.diagnose.files import write
+from vision_s2r.diagnose.case import Values
+from vision_s2r.diagnose.config import folders, outputs
 from vision_s2r.diagnose.reading import diagnosed, read_report, values
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
 from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.progress import tracked
 from vision_s2r.recording import CameraRecording, JointRecording, Recording, read
 
 FORMAT = "vision-s2r/replay/1"
 COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k in ("measured", "before", "after")))
-Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
 
 
 @dataclass
@@ -51,7 +51,7 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
     if cfg.jobs < 1:
         raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
     report = read_report(cfg.report)
-    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
+    outs = outputs(cfg.out, given)
     parallel = joblib.Parallel(min(cfg.jobs, len(given)), return_as="generator")
     calls = (joblib.delayed(_replay_into)(*each, report, cfg.seed) for each in zip(given, outs, strict=True))
     return list(tracked(parallel(calls), len(given), "recordings"))

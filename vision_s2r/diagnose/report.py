@@ -8,9 +8,9 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.case import Case, Names
 from vision_s2r.diagnose.gap import Gap, Share, measure, shapley
 from vision_s2r.diagnose.locate import where
+from vision_s2r.diagnose.reading import FORMAT
 from vision_s2r.diagnose.search import Found
 
-FORMAT = "vision-s2r/report/1"
 ALTERNATIVES = 3
 
 

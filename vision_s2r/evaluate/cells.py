@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.errors import UserError
+from vision_s2r.files import write
 from vision_s2r.scene import Outcome
 
 
@@ -51,16 +51,3 @@ class Cell:
 def fingerprint(*inputs: Any) -> str:
     """SHA-256 of JSON-able values: all that a cell depends on."""
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
-
-
-def write(path: Path, text: str) -> None:
-    """Write a text file, whole or not at all. Raises UserError where that cannot be."""
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(text)
-        temporary.replace(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written ({error.strerror}); the same command goes on") from error
-    finally:
-        temporary.unlink(missing_ok=True)

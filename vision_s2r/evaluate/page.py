@@ -8,8 +8,8 @@ import jinja2
 import numpy as np
 from torch import Tensor
 
+from vision_s2r import files
 from vision_s2r.evaluate import drawing
-from vision_s2r.evaluate.cells import write as write_text
 from vision_s2r.evaluate.columns import Column, pictures
 from vision_s2r.evaluate.rows import Runner
 from vision_s2r.evaluate.table import Comparison, Table
@@ -45,7 +45,7 @@ def write(table: Table, rows: dict[str, list[Runner]], path: Path) -> None:
         strips={column.name: list(_strips(table, rows, column)) for column in table.columns},
         failures=[_failure(table, rows, failure) for failure in worst_failures(table)],
     )
-    write_text(path, text)
+    files.write(path, text)
 
 
 def worst_failures(table: Table) -> list[Failure]:

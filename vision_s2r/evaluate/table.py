@@ -14,11 +14,12 @@ import numpy as np
 import rich.box
 import rich.table
 
-from vision_s2r.evaluate.cells import Cell, write
+from vision_s2r.evaluate.cells import Cell
 from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.evaluate.statistics import Bootstrap, Estimate, mcnemar, wilson
+from vision_s2r.files import write
 
 FORMAT = "vision-s2r/transfer-table/1"
 VERSIONS = ("vision-s2r", "pybullet", "torch", "numpy")

@@ -1,4 +1,4 @@
-"""The files of a sealed benchmark: whole or absent, JSON that two machines write alike."""
+"""The files of a sealed benchmark: JSON that two machines write alike."""
 
 import hashlib
 import json
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
 
 
 def canonical(value: Any) -> str:
@@ -18,16 +19,9 @@ def commitment(salt: str, answer: Any) -> str:
     return hashlib.sha256((salt + canonical(answer)).encode()).hexdigest()
 
 
-def write_text(path: Path, text: str) -> None:
-    """Write a file whole or not at all."""
-    partial = path.with_name(path.name + ".partial")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
-
-
 def write_json(path: Path, value: Any) -> None:
-    """Write readable JSON."""
-    write_text(path, json.dumps(value, indent=1, sort_keys=True) + "\n")
+    """Write readable JSON, whole or not at all. Raises UserError where that cannot be."""
+    write(path, json.dumps(value, indent=1, sort_keys=True) + "\n")
 
 
 def read_json(path: Path) -> Any:

@@ -157,6 +157,15 @@ class AutomaticRandomisation:
             found.setdefault(each.effect, {})[each.parameter] = Range(*ends, where=each.name)
         return found
 
+    def support(self, effect: str) -> list[dict[str, Range]]:
+        """Where draws lie, by parameter: what is no dimension is neutral; UserError where it has no neutral value."""
+        neutral = {p.name: p.neutral for p in self.registry[effect].parameters}
+        found = {key: Range(value, value) for key, value in neutral.items() if value is not None}
+        found |= self.ranges().get(effect, {})
+        if not found:
+            raise UserError(f"{effect}: no dimension, and no nominal value is known")
+        return [found]
+
     def _within(self, count: int, rng: np.random.Generator) -> np.ndarray:
         """Uniform positions [count, D] within the boundaries."""
         low, high = self.bounds.T

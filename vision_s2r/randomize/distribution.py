@@ -90,6 +90,14 @@ class Box:
                 samples[name][key] = np.where(on, value, absent[key]) if key in absent else value
         return samples
 
+    def support(self, effect: str) -> list[dict[str, Range]]:
+        """Where draws lie, by parameter: with the effect on, and with it off; UserError where that is not known."""
+        drawn = self.ranges.get(effect, EffectRange(0.0, {}))
+        off = {key: Range(value, value) for key, value in self.absent(effect).items()}
+        if not drawn.ranges and not off:
+            raise UserError(f"{effect}: no nominal value is known")
+        return [drawn.ranges] * (drawn.probability > 0) + [off] * (drawn.probability < 1)
+
     def write(self, path: Path) -> None:
         """Write as YAML that `load_distribution` reads, whole or not at all; UserError where that cannot be."""
         effects = {

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
 from vision_s2r.render import shard as shards
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene import SceneConfig
@@ -48,10 +49,8 @@ class Manifest:
         return cls(**data)
 
     def save(self, folder: Path) -> None:
-        """Write, whole or not at all."""
-        temporary = folder / (NAME + ".tmp")
-        temporary.write_text(json.dumps({"format": FORMAT, **asdict(self)}, indent=1))
-        temporary.replace(folder / NAME)
+        """Write, whole or not at all. Raises UserError where that cannot be."""
+        write(folder / NAME, json.dumps({"format": FORMAT, **asdict(self)}, indent=1))
 
     @property
     def shard_count(self) -> int:

@@ -4,8 +4,11 @@ import hashlib
 from pathlib import Path
 
 import numpy as np
+from safetensors import SafetensorError
 from safetensors.numpy import save_file
 
+from vision_s2r.errors import UserError
+from vision_s2r.files import whole
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene import (
     Renderer,
@@ -78,15 +81,13 @@ def state_arrays(state: SceneState) -> dict[str, np.ndarray]:
 
 
 def write(path: Path, tensors: dict[str, np.ndarray]) -> str:
-    """Write the shard, whole or not at all; returns its checksum."""
-    temporary = path.with_suffix(".tmp")
+    """Write the shard, whole or not at all; returns its checksum. Raises UserError where that cannot be."""
     try:
-        save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
-        digest = checksum(temporary)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    return digest
+        with whole(path) as temporary:
+            save_file({name: np.ascontiguousarray(value) for name, value in tensors.items()}, temporary)
+            return checksum(temporary)
+    except SafetensorError as error:  # of a full disk, too
+        raise UserError(f"{path}: cannot be written ({error})") from error
 
 
 def checksum(path: Path) -> str:

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 import torch
 
+from vision_s2r import files
 from vision_s2r.render.views import Views
 
 SCENES = 10
@@ -17,9 +18,8 @@ def write(views: Views, path: Path) -> None:
     """Write the sheet as PNG: randomised views, real (with their margins), canonical, segmentation, depth."""
     some = views.subset(range(min(SCENES, len(views))))
     columns = [np.concatenate(list(_column(some, torch.tensor([k])))) for k in range(len(some))]
-    temporary = path.with_suffix(".tmp.png")
-    cv2.imwrite(str(temporary), np.concatenate(columns, axis=1)[..., ::-1])
-    temporary.replace(path)
+    _, encoded = cv2.imencode(".png", np.concatenate(columns, axis=1)[..., ::-1])
+    files.write(path, encoded.tobytes())
 
 
 def _column(views: Views, index: torch.Tensor) -> list[np.ndarray]:

@@ -4,12 +4,12 @@ The engine gets them as files: what it is given as arrays it never frees.
 """
 
 import hashlib
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from vision_s2r.files import whole
 from vision_s2r.scene.cache import cache
 
 TILE = 0.12  # m of surface that one texture covers
@@ -54,9 +54,8 @@ def file(name: str, mesh: Mesh) -> Path:
     digest = hashlib.sha256(mesh.triangles.tobytes() + mesh.uv.tobytes()).hexdigest()[:12]
     path = cache() / "meshes" / f"{name}-{digest}.obj"
     if not path.exists():
-        path.parent.mkdir(parents=True, exist_ok=True)
         corners = []
-        with tempfile.NamedTemporaryFile("w", dir=path.parent, delete=False) as out:
+        with whole(path) as temporary, temporary.open("w") as out:
             for key, rows in (("v", mesh.triangles), ("vt", mesh.uv), ("vn", mesh.normals)):
                 # Each row once: the engine reads the file again for every body.
                 unique, inverse = np.unique(rows.reshape(-1, rows.shape[2]), axis=0, return_inverse=True)
@@ -64,5 +63,4 @@ def file(name: str, mesh: Mesh) -> Path:
                 corners.append(1 + inverse.reshape(-1, 3))
             for v, vt, vn in zip(*corners, strict=True):
                 out.write("f " + " ".join(f"{a}/{b}/{c}" for a, b, c in zip(v, vt, vn, strict=True)) + "\n")
-        Path(out.name).replace(path)
     return path

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.files import write
 
 FORMAT = "vision-s2r/scene-state/1"
 
@@ -71,10 +72,8 @@ class SceneState:
         return cls(**{k: _tuples(v) for k, v in fields.items() if k != "camera"}, camera=_camera(fields["camera"]))
 
     def save(self, path: Path) -> None:
-        """Write as JSON, whole or not at all."""
-        temporary = path.with_name(path.name + ".tmp")
-        temporary.write_text(json.dumps(self.to_dict(), indent=1))
-        temporary.replace(path)
+        """Write as JSON, whole or not at all. Raises UserError where that cannot be."""
+        write(path, json.dumps(self.to_dict(), indent=1))
 
     @classmethod
     def load(cls, path: Path) -> "SceneState":

@@ -5,7 +5,6 @@ A released checkpoint is a safetensors file whose header says, as JSON, what it 
 """
 
 import json
-import os
 import pickle
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -18,6 +17,7 @@ from safetensors.torch import save_file
 from torch import Tensor, nn
 
 from vision_s2r.errors import UserError
+from vision_s2r.files import whole
 
 FORMAT = "vision-s2r/checkpoint/1"
 _FIELDS = ("configuration", "normalisation", "training")
@@ -48,17 +48,13 @@ class Checkpoint:
 
 
 def _write(path: Path, write: Callable[[Path], None]) -> None:
-    """Writes through a temporary name, so that `path` is always whole. Raises UserError where it cannot."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    """Lets `write` make the file under a temporary name. Raises UserError where it cannot."""
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write(temporary)
-        temporary.replace(path)
+        with whole(path) as temporary:
+            write(temporary)
     # torch and safetensors report a full disk in their own exceptions
-    except (OSError, RuntimeError, SafetensorError) as error:
+    except (RuntimeError, SafetensorError) as error:
         raise UserError(f"{path}: cannot be written ({error}): what was there before is unchanged") from error
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def save(path: Path, checkpoint: Checkpoint) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.diagnose.unpaired.scenes import of, recording, scenes
+from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.case import NOMINAL
 from vision_s2r.diagnose.config import SearchConfig
@@ -21,7 +22,7 @@ LIMITS = SearchConfig(folds=2, beam=1, breadth=4, contenders=2)  # as configs/di
 
 
 def case_of(pictures: CameraRecording, without: Sequence[str] = ()) -> UnpairedCase:
-    return UnpairedCase(pictures, {e.name: e for e in UnpairedCase.effects if e.name not in without})
+    return UnpairedCase(pictures, {e.name: e for e in CAMERA_EFFECTS if e.name not in without})
 
 
 def diagnosed(pictures: CameraRecording, without: Sequence[str] = ()) -> dict[str, Any]:

@@ -3,13 +3,11 @@
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import CAMERA_EFFECTS, CameraEffect
 from vision_s2r.diagnose.camera import axes, decoys, silence
 from vision_s2r.diagnose.camera.coordinates import CHARTS
 from vision_s2r.diagnose.camera.elimination import drop_costs
@@ -46,7 +44,6 @@ class CameraCase:
     kind = "camera"
     sharp = True
     rough: Names = frozenset()
-    effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "pixel_rmse"
     unit = "grey levels"

@@ -7,7 +7,8 @@ import numpy as np
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.camera.coordinates import CHARTS, pack
 from vision_s2r.diagnose.camera.fitting import Target, columns, gauss_newton, normal
-from vision_s2r.diagnose.camera.prediction import Stages, Values
+from vision_s2r.diagnose.camera.prediction import Stages
+from vision_s2r.diagnose.case import Values
 
 _IDLE = 0.002  # nats a pixel that nobody misses
 _NEEDED = 0.4  # … and that everybody does

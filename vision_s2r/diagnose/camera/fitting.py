@@ -9,7 +9,8 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.camera.coordinates import CHARTS, pack, unpack
-from vision_s2r.diagnose.camera.prediction import Pictures, Stages, Values
+from vision_s2r.diagnose.camera.prediction import Pictures, Stages
+from vision_s2r.diagnose.case import Values
 
 FREEDOM = 6.0  # of Student's distribution, which forgives single pixels
 

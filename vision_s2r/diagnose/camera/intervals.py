@@ -11,7 +11,8 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.camera.coordinates import CHARTS, pack, unpack
 from vision_s2r.diagnose.camera.elimination import neutral_point
 from vision_s2r.diagnose.camera.fitting import Target, columns, normal
-from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, Values
+from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages
+from vision_s2r.diagnose.case import Values
 
 if TYPE_CHECKING:
     from vision_s2r.diagnose.camera.study import Study

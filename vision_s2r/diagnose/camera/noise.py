@@ -1,6 +1,5 @@
 """From the light on the sensor to its values: what noise does to their mean and spread."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +8,7 @@ from scipy.special import ndtri
 from torch import Tensor
 
 from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.diagnose.case import Values
 
 _LEVELS = 129  # of the light, equally spaced in coded values
 _DRAWS = torch.from_numpy(ndtri((np.arange(61) + 0.5) / 61)).float()
@@ -30,7 +30,7 @@ class Tail:
     linear: bool  # coded values are light
 
     @classmethod
-    def of(cls, values: Mapping[str, Mapping[str, float]], encoding: str, channels: int) -> "Tail":
+    def of(cls, values: Values, encoding: str, channels: int) -> "Tail":
         """The tail of a set of effects, neutral where they say nothing."""
         white = values.get("white_balance", {})
         gains = (white.get("red", 1.0), 1.0, white.get("blue", 1.0)) if channels == 3 else (1.0,)

@@ -12,12 +12,12 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
 from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.noise import Tail
 from vision_s2r.diagnose.camera.resampling import KERNELS, resampled
+from vision_s2r.diagnose.case import Values
 
 WARPS = frozenset({"camera_pose_offset", "lens_distortion", "chromatic_aberration"})
 BLURS = frozenset({"defocus_blur", "motion_blur", "low_resolution"})
@@ -29,7 +29,6 @@ FRONT = tuple(
     if effect.name not in TAIL | {"jpeg_compression"}
 )
 
-Values = Mapping[str, Mapping[str, float]]
 Stages = dict[
     tuple[object, ...], tuple[Tensor, bool]
 ]  # by the effects passed, the pictures, and whether they are light
@@ -176,9 +175,3 @@ def encoded(pictures: Tensor, quality: float) -> Tensor:
 
 def _tensors(values: Mapping[str, float], count: int) -> dict[str, Tensor]:
     return {key: torch.full((count,), value, dtype=torch.float32) for key, value in values.items()}
-
-
-def default_intrinsics(height: int, width: int) -> Tensor:
-    """Of a recording that gives none: the camera's own default, [4]."""
-    focal = DEFAULT_FOCAL_LENGTH * width
-    return torch.tensor([focal, focal, (width - 1) / 2, (height - 1) / 2])

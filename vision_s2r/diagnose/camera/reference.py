@@ -12,9 +12,10 @@ import torch.nn.functional as F
 
 from vision_s2r.diagnose.camera.elimination import without_idle
 from vision_s2r.diagnose.camera.fitting import Target, best_start, gauss_newton, search_factor, starts
-from vision_s2r.diagnose.camera.prediction import BLURS, WARPS, Pictures, Values
+from vision_s2r.diagnose.camera.prediction import BLURS, WARPS, Pictures
 from vision_s2r.diagnose.camera.resampling import KERNELS
 from vision_s2r.diagnose.camera.weighing import detail
+from vision_s2r.diagnose.case import Values
 
 GEOMETRY = ("camera_pose_offset", "lens_distortion")
 LIGHT = ("uneven_illumination", "vignetting", "exposure", "white_balance", "gamma")

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 import torch
 
+from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.diagnose.camera import silence
 from vision_s2r.diagnose.camera.codec import attenuation, codec_scatter
 from vision_s2r.diagnose.camera.elimination import chain, needed, without_idle
 from vision_s2r.diagnose.camera.fitting import Target
 from vision_s2r.diagnose.camera.lattice import jpeg_quality
-from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures, Values, default_intrinsics
+from vision_s2r.diagnose.camera.prediction import BLURS, NOISES, WARPS, Pictures
 from vision_s2r.diagnose.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
 from vision_s2r.diagnose.camera.scoring import Yardstick, temper
 from vision_s2r.diagnose.camera.silence import faint_blur
@@ -26,6 +27,7 @@ from vision_s2r.diagnose.camera.weighing import (
     measure,
     spread_map,
 )
+from vision_s2r.diagnose.case import Values
 from vision_s2r.recording import CameraRecording
 
 _FRAMES, _VALUES = 4, 400_000  # that a fit looks at, at most: frames, and values in them
@@ -108,12 +110,8 @@ def open_pictures(recording: CameraRecording) -> Pictures:
     meant = torch.ones((len(sim), 1, height, width))
     if recording.mask is not None:
         meant = torch.from_numpy(recording.mask)[:, None].float()
-    intrinsics = (
-        default_intrinsics(height, width)
-        if recording.intrinsics is None
-        else torch.from_numpy(recording.intrinsics).float()
-    )
-    return Pictures(sim, tensor(recording.real), meant, intrinsics, recording.encoding)
+    intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
+    return Pictures(sim, tensor(recording.real), meant, torch.from_numpy(intrinsics).float(), recording.encoding)
 
 
 def _jpeg(recording: CameraRecording) -> tuple[int, float] | None:

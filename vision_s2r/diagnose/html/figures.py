@@ -1,11 +1,10 @@
 """The figures of a diagnosis."""
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
-from vision_s2r.diagnose.case import Axis, Samples
+from vision_s2r.diagnose.case import Axis, Samples, Values
 from vision_s2r.diagnose.html import drawing
 from vision_s2r.diagnose.pictures import show
 from vision_s2r.diagnose.replay import free_run, measured
@@ -14,7 +13,6 @@ from vision_s2r.recording import CameraRecording, JointRecording, Recording
 STRETCH = 400  # samples of an episode that are drawn
 FRAMES = 3  # pictures that are drawn
 GRID = "grid"  # the axis of a picture's cells, drawn as a map
-Values = Mapping[str, Mapping[str, float]]
 
 
 def figures(recording: Recording, effects: Values, before: Samples, after: Samples, unit: str) -> dict[str, bytes]:

@@ -7,8 +7,8 @@ from typing import Any
 
 import jinja2
 
-from vision_s2r.diagnose.files import write
 from vision_s2r.diagnose.html import words
+from vision_s2r.files import write
 
 TEMPLATE = "report.html"
 

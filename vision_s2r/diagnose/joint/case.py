@@ -3,7 +3,6 @@
 import math
 import threading
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.silence import silent
 from vision_s2r.diagnose.joint.track import Track, fast_noise, led_by, make_track
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, JointEffect, unit
+from vision_s2r.joint import DYNAMICS, unit
 from vision_s2r.recording import JointRecording
 
 STEP = 0.004  # s, of the integrator, at most
@@ -59,7 +58,6 @@ class JointCase:
     kind = "joint"
     sharp = False
     rough: Names = frozenset({"backlash"})
-    effects: ClassVar[tuple[JointEffect, ...]] = tuple(JOINT_EFFECTS)
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
     decoys: Mapping[str, str] = MEANINGS
     metric = "velocity_rmse"

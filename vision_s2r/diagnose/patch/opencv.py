@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
+from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.diagnose.reading import Diagnosed
 from vision_s2r.recording import CameraRecording
 
@@ -20,9 +20,11 @@ def calibration(named: Diagnosed, recording: CameraRecording) -> str:
     storage = cv2.FileStorage("opencv.yml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
     storage.write("image_width", width)
     storage.write("image_height", height)
-    if recording.intrinsics is None:
+    intrinsics = recording.intrinsics
+    if intrinsics is None:
         storage.writeComment("the recording has no camera: a focal length of 1.1 widths was assumed", False)
-    fx, fy, cx, cy = intrinsics(recording)
+        intrinsics = default_intrinsics(height, width)
+    fx, fy, cx, cy = intrinsics
     storage.write("camera_matrix", np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]))
     lens = named.get("lens_distortion")
     k1, k2 = (lens["k1"].value, lens["k2"].value) if lens else (0.0, 0.0)
@@ -31,12 +33,3 @@ def calibration(named: Diagnosed, recording: CameraRecording) -> str:
         pose = named["camera_pose_offset"]
         storage.write("rotation_vector", np.array([[pose[key].value] for key in ("pitch", "yaw", "roll")]))
     return storage.releaseAndGetString()
-
-
-def intrinsics(recording: CameraRecording) -> np.ndarray:
-    """The recording's [4] (px), or those that this project's camera assumes where there are none."""
-    if recording.intrinsics is not None:
-        return recording.intrinsics
-    height, width = recording.sim.shape[1:3]
-    focal = DEFAULT_FOCAL_LENGTH * width
-    return np.array([focal, focal, (width - 1) / 2, (height - 1) / 2])

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.diagnose.files import write
 from vision_s2r.diagnose.patch import bullet, hydra, mujoco, opencv, urdf
 from vision_s2r.diagnose.reading import diagnosed
+from vision_s2r.files import write
 from vision_s2r.recording import JointRecording, Recording
 
 

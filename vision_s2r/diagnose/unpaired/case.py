@@ -1,13 +1,11 @@
 """Two sets of pictures without a scene in common as a case of the diagnosis."""
 
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
 
 import numpy as np
 import torch
 
-from vision_s2r.camera import CAMERA_EFFECTS, CameraEffect
-from vision_s2r.camera.camera import DEFAULT_FOCAL_LENGTH
+from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.diagnose.camera.coordinates import Optics
 from vision_s2r.diagnose.camera.lattice import jpeg_quality
 from vision_s2r.diagnose.case import Axis, Hypothesis, Names, Samples, Units
@@ -44,7 +42,6 @@ class UnpairedCase:
     kind = "camera"
     sharp = True
     rough: Names = frozenset()
-    effects: ClassVar[tuple[CameraEffect, ...]] = tuple(CAMERA_EFFECTS)
     refitted: Names = frozenset()
     metric = "statistics_distance"
     unit = "–"
@@ -75,12 +72,11 @@ class UnpairedCase:
         fixed = {"jpeg_compression": {"quality": float(found[0])}} if found else {}
         most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
         pictures = SimulatedSet(recording, self._summary, most)
-        focal = DEFAULT_FOCAL_LENGTH * width if recording.intrinsics is None else float(recording.intrinsics[:2].mean())
+        intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
+        optics = Optics(width, height, float(intrinsics[:2].mean()))
         worth = 1 / (1 / self.units + 1 / len(pictures))
         names = frozenset(library) - frozenset(self.silent)
-        start = reference(
-            self._real, pictures, self._summary.statistics, Optics(width, height, focal), worth, fixed, names
-        )
+        start = reference(self._real, pictures, self._summary.statistics, optics, worth, fixed, names)
         self._fitter, self._proposed = start.fitter, start.proposed
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
 

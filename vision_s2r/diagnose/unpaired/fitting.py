@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.diagnose.camera.coordinates import Optics
+from vision_s2r.diagnose.case import Values
 from vision_s2r.diagnose.unpaired.scatter import Scatter
 from vision_s2r.diagnose.unpaired.simulated import SimulatedSet
-from vision_s2r.diagnose.unpaired.space import Values, pack, smooth, starts, steps, unpack
+from vision_s2r.diagnose.unpaired.space import pack, smooth, starts, steps, unpack
 
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
 STEPPED = ("low_resolution", "jpeg_compression")  # go by whole numbers
@@ -130,9 +131,7 @@ class Fitter:
     ) -> dict[str, dict[str, float]]:
         """Moved to the bottom nearby, by damped steps (Levenberg, Marquardt)."""
         now = {name: dict(given) for name, given in values.items()}
-        names = sorted(
-            name for name in now if name not in self.fixed and name not in ("low_resolution", "jpeg_compression")
-        )
+        names = sorted(name for name in now if name not in self.fixed and name not in STEPPED)
         if not names:
             return now
         loss, damping = self.loss(target - self.mean(now), free), 1e-3

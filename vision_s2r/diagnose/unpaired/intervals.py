@@ -4,8 +4,9 @@ import numpy as np
 from scipy.stats import t as student
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.diagnose.unpaired.fitting import Fitter
-from vision_s2r.diagnose.unpaired.space import Values, pack, unpack
+from vision_s2r.diagnose.case import Values
+from vision_s2r.diagnose.unpaired.fitting import STEPPED, Fitter
+from vision_s2r.diagnose.unpaired.space import pack, unpack
 
 _DRAWS = 500
 
@@ -20,7 +21,7 @@ def intervals(
     """
     names = sorted(name for name in values if name not in fitter.fixed)
     found = {name: {key: (value, value) for key, value in given.items()} for name, given in values.items()}
-    for name in [name for name in names if name in ("low_resolution", "jpeg_compression")]:
+    for name in [name for name in names if name in STEPPED]:
         found[name] = _steps(fitter, real, values, name, free)
         names.remove(name)
     if not names:

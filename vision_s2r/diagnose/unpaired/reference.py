@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.diagnose.camera.coordinates import Optics
-from vision_s2r.diagnose.case import Names
+from vision_s2r.diagnose.case import Names, Values
 from vision_s2r.diagnose.unpaired.fitting import Fitter
 from vision_s2r.diagnose.unpaired.scatter import scatter, tolerance
 from vision_s2r.diagnose.unpaired.simulated import BASE_NOISE, SimulatedSet
-from vision_s2r.diagnose.unpaired.space import Values, negligible, smooth
+from vision_s2r.diagnose.unpaired.space import negligible, smooth
 from vision_s2r.diagnose.unpaired.summary import Statistic
 
 _WORTH = 4.0  # nats below which an effect drops out

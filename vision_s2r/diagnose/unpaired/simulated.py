@@ -1,6 +1,6 @@
 """The simulator's set of pictures as a camera would take it, and the statistics that it then has."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import torch
@@ -8,10 +8,10 @@ from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
+from vision_s2r.diagnose.case import Values
 from vision_s2r.diagnose.unpaired.summary import Summary
 from vision_s2r.recording import CameraRecording
 
-Values = Mapping[str, Mapping[str, float]]
 BASE_NOISE = (0.0, 0.25 / 255, 0.5 / 255, 0.75 / 255)  # that any camera may have, of coded values; no effect
 _DOUBT = 0.15 / 255  # of it
 KEPT = 4000  # predictions remembered

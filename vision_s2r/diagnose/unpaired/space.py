@@ -1,15 +1,14 @@
 """What is fitted: the coordinates of effects, where fits start, and what is too little to matter."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.camera.coordinates import CHARTS as MEAN_CHARTS
 from vision_s2r.diagnose.camera.coordinates import Chart, EffectValues, Optics, bounded
-
-Values = Mapping[str, EffectValues]
+from vision_s2r.diagnose.case import Values
 
 CHARTS: dict[str, Chart] = {
     name: MEAN_CHARTS[name]

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
 from vision_s2r.gapbench.config import GapbenchConfig
-from vision_s2r.gapbench.files import commitment, read_json, write_json, write_text
+from vision_s2r.gapbench.files import commitment, read_json, write_json
 from vision_s2r.gapbench.judge import pictures
 from vision_s2r.gapbench.judge.run import run
 from vision_s2r.gapbench.judge.score import Score, score
@@ -35,7 +36,7 @@ def judge(cfg: GapbenchConfig) -> Path:
     write_json(out / "results.json", results)
     title = f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
     text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
-    write_text(out / "table.md", text)
+    write(out / "table.md", text)
     pictures.save(pictures.confusion(scores), out / "confusion.png")
     pictures.save(pictures.estimates(scores), out / "estimates.png")
     print(text, file=sys.stderr)

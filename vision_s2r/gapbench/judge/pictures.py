@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vision_s2r.files import write_figure
 from vision_s2r.gapbench.judge.score import UNKNOWN_VERDICTS, ParameterScore, Score
 
 SEVERAL, UNKNOWN, NONE = "several", "unknown", "none"
@@ -26,7 +26,8 @@ def confusion(scores: Sequence[Score]) -> Figure | None:
     for true, said in pairs:
         counts[rows.index(true), columns.index(said)] += 1
     shares = counts / counts.sum(axis=1, keepdims=True)
-    figure, axes = plt.subplots(figsize=(0.45 * len(columns) + 3, 0.4 * len(rows) + 2.5), layout="constrained")
+    figure = Figure(figsize=(0.45 * len(columns) + 3, 0.4 * len(rows) + 2.5), layout="constrained")
+    axes = figure.subplots()
     axes.imshow(shares, cmap="Blues", vmin=0, vmax=1)
     for row, column in np.argwhere(counts):
         colour = "white" if shares[row, column] > 0.6 else "black"
@@ -62,7 +63,8 @@ def estimates(scores: Sequence[Score]) -> Figure | None:
         return None
     across = min(6, len(panels))
     down = -(-len(panels) // across)
-    figure, grid = plt.subplots(down, across, figsize=(2.3 * across, 2.3 * down), layout="constrained", squeeze=False)
+    figure = Figure(figsize=(2.3 * across, 2.3 * down), layout="constrained")
+    grid = figure.subplots(down, across, squeeze=False)
     for axes in grid.flat[len(panels) :]:
         axes.axis("off")
     for axes, ((effect, parameter), found) in zip(grid.flat, sorted(panels.items()), strict=False):
@@ -94,10 +96,6 @@ def _around(ends: Sequence[float]) -> tuple[float, float]:
 
 
 def save(figure: Figure | None, path: Path) -> None:
-    """Write a picture whole, or none where there is nothing to show."""
-    if figure is None:
-        return
-    partial = path.with_name("partial_" + path.name)
-    figure.savefig(partial, dpi=150)
-    plt.close(figure)
-    partial.replace(path)
+    """Write a picture, or none where there is nothing to show. Raises UserError where it cannot be written."""
+    if figure is not None:
+        write_figure(path, figure, dpi=150)

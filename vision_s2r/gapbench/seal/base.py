@@ -67,3 +67,7 @@ class Machine:
 
     answer: Answer
     write: Callable[[Path], None]
+
+
+class Redraw(Exception):  # noqa: N818  (a signal, no error)
+    """What was drawn does not make a machine of its case: draw again."""

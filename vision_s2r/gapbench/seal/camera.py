@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.gapbench.seal import camera_scenes
-from vision_s2r.gapbench.seal.base import Answer, Effects, Machine
+from vision_s2r.gapbench.seal.base import Answer, Effects, Machine, Redraw
 from vision_s2r.gapbench.seal.camera_effects import (
     EFFECTS,
     NOISE,
@@ -53,10 +53,6 @@ _WARPS = ("camera_pose_offset", "lens_distortion", "chromatic_aberration", "defo
 _PAIRS = tuple(itertools.combinations(EFFECTS, 2))
 _STRIDE = 44  # through the pairs, coprime to their number, so that each effect comes soon
 _LOOK = slice(None, None, 5)  # frames by which a strength is found, of all worlds
-
-
-class Redraw(Exception):  # noqa: N818  (a signal, no error)
-    """What was drawn does not make a camera of its case: draw again."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.seal.base import Answer, Effects, Machine
+from vision_s2r.gapbench.seal.base import Answer, Effects, Machine, Redraw
 from vision_s2r.gapbench.seal.drive import Drive
 from vision_s2r.gapbench.seal.excitation import SAMPLE_TIME, Excitation
 from vision_s2r.gapbench.seal.excitation import draw as draw_excitation
@@ -41,10 +41,6 @@ DISTINCT = 1.0
 UNLIKE = 5.0  # how much one of a known and an unknown effect may outweigh the other
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
 MODELLED = tuple(DYNAMICS)
-
-
-class Redraw(Exception):  # noqa: N818  (a signal, no error)
-    """What was drawn does not make a machine of its case: draw again."""
 
 
 @dataclass(frozen=True)

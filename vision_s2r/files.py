@@ -1,0 +1,46 @@
+"""Files that are there whole or not at all."""
+
+import contextlib
+import io
+import secrets
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vision_s2r.errors import UserError
+
+if TYPE_CHECKING:  # slow to import, and most who write files draw nothing
+    from matplotlib.figure import Figure
+
+
+def write(path: Path, content: str | bytes) -> Path:
+    """Write a file (text as UTF-8), and the folders above it; returns it. Raises UserError as `whole` does."""
+    with whole(path) as temporary:
+        temporary.write_bytes(content.encode() if isinstance(content, str) else content)
+    return path
+
+
+def write_figure(path: Path, figure: "Figure", dpi: int) -> Path:
+    """Write a figure as PNG; returns its path. Raises UserError as `whole` does."""
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=dpi)
+    return write(path, content.getvalue())
+
+
+@contextlib.contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A name beside `path` to write a file under; it becomes `path` unless something is raised.
+
+    The folders above it are made. Raises UserError where it cannot be written; what was there before stays.
+    """
+    temporary = path.with_name(f"{path.name}.{secrets.token_hex(4)}.tmp")  # two processes may write the same file
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        yield temporary
+        temporary.replace(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise UserError(f"{path}: cannot be written ({reason}): what was there before is unchanged") from error
+    finally:
+        with contextlib.suppress(OSError):  # where a folder above it is a file, this too fails
+            temporary.unlink()
