@@ -8,7 +8,9 @@ import pytest
 from vision_s2r.identify import IdentifyConfig, identify, identify_all
 from vision_s2r.identify.two_point import (
     CORRECTED,
+    DRAWN,
     IDENTIFIED,
+    REAL,
     REALITY,
     SIMULATOR,
     from_steady_states,
@@ -18,6 +20,7 @@ from vision_s2r.identify.two_point import (
     response,
     short,
 )
+from vision_s2r.randomize.coverage import covered
 
 
 def test_two_steady_states_give_damping_and_friction():
@@ -34,6 +37,10 @@ def test_what_a_wrong_model_costs(model, current, speed, missing):
     assert round(reached(REALITY, asked), 2) == speed
     assert round(100 * short(reached(REALITY, asked)), 1) == missing
     assert response(REALITY, asked)[-1] == pytest.approx(reached(REALITY, asked), rel=1e-9)
+
+
+def test_a_range_that_covers_two_thirds():
+    assert round(100 * covered(DRAWN, REAL), 1) == 66.7
 
 
 def test_a_log_of_both_currents_gives_the_same():

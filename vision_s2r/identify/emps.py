@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.table import Table
 from scipy.stats import norm
 
-from vision_s2r.diagnose.files import write
+from vision_s2r.files import write
 from vision_s2r.identify.config import HoldConfig, IdentifyConfig, InverseConfig
 from vision_s2r.identify.estimate import Estimate, Label
 from vision_s2r.identify.identify import identify, torque_error

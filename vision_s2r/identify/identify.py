@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names
+from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names, Values
 from vision_s2r.diagnose.gap import Gap
 from vision_s2r.diagnose.joint import JointCase
 from vision_s2r.diagnose.reading import diagnosed, read_report
@@ -19,8 +19,6 @@ from vision_s2r.identify.inverse import KNOWN, Inverse, regression
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
 from vision_s2r.randomize import Posterior
 from vision_s2r.recording import JointRecording
-
-Values = dict[str, dict[str, float]]  # by effect, its parameters by name
 
 
 @dataclass(frozen=True)
@@ -40,7 +38,7 @@ class Identified:
     def values(self) -> Values:
         """What to change in the simulator: nominal parameters that are known or identified, and effects."""
         known = {name: {"value": value} for name, value in self.held.items()}
-        return known | {name: dict(given) for name, given in self.estimate.hypothesis.values.items()}
+        return {**known, **self.estimate.hypothesis.values}
 
     @property
     def before(self) -> Hypothesis:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.diagnose.config import folders, names
+from vision_s2r.diagnose.config import folders, outputs
 from vision_s2r.errors import UserError
 from vision_s2r.identify import emps, two_point
 from vision_s2r.identify.config import IdentifyConfig, check
@@ -25,8 +25,7 @@ def identify_all(cfg: IdentifyConfig) -> list[Path]:
     if cfg.example == "emps":
         estimation, pulses = (joint(given[0] / name, hold_out=False) for name in ("estimation", "validation_pulses"))
         return [emps.run(estimation, pulses, Path(cfg.out))]
-    outs = [Path(cfg.out) / name for name in names(given)] if len(given) > 1 else [Path(cfg.out)]
-    return [_identify_into(folder, out, cfg) for folder, out in zip(given, outs, strict=True)]
+    return [_identify_into(folder, out, cfg) for folder, out in zip(given, outputs(cfg.out, given), strict=True)]
 
 
 def joint(folder: Path, hold_out: bool = True) -> JointRecording:

@@ -11,11 +11,13 @@ import rich.box
 from rich.console import Console
 from rich.table import Table
 
-from vision_s2r.diagnose.files import write
+from vision_s2r.files import write
 from vision_s2r.identify.config import IdentifyConfig
 from vision_s2r.identify.drawing import two_lines
 from vision_s2r.identify.identify import identify
 from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.randomize import Range
+from vision_s2r.randomize.coverage import covered
 from vision_s2r.recording import JointRecording
 
 SIMULATOR = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.10, coulomb_friction=0.02)
@@ -24,6 +26,7 @@ REALITY = replace(SIMULATOR, viscous_damping=0.15, coulomb_friction=0.05)
 IDENTIFIED = ("viscous_damping", "coulomb_friction")
 CURRENTS, SPEEDS = (1.0, 1.9), (3.0, 6.0)  # A, rad/s: the steady states that were measured
 TARGET = 5.0  # rad/s
+DRAWN, REAL = Range(0.10, 0.16), Range(0.09, 0.18)  # of b, N·m·s/rad: what is randomised, and what real joints have
 HELD, SAMPLE_TIME = 4.0, 0.01  # s: thirty time constants
 NOISE = (1e-4, 0.01)  # rad, rad/s: standard deviations of the sensors
 
@@ -90,6 +93,10 @@ def run(out: Path, seed: int) -> Path:
     for name in IDENTIFIED:
         low, high = found.estimate.intervals[name]["value"]
         console.print(f"{name.replace('_', ' ')} from the log, 95 %: {low:.4f} to {high:.4f}")
+    share = covered(DRAWN, REAL)
+    console.print(
+        f"b drawn from {DRAWN.low:g} to {DRAWN.high:g} covers {100 * share:.1f} % of {REAL.low:g} to {REAL.high:g}"
+    )
     current = open_loop(SIMULATOR, TARGET)
     responses = {"simulator": response(SIMULATOR, current), "reality": response(REALITY, current)}
     picture = two_lines(SIMULATOR, exact, (CURRENTS, SPEEDS), TARGET, responses, SAMPLE_TIME)
