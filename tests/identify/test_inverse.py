@@ -41,7 +41,7 @@ def test_effects_that_are_not_linear_are_refused():
 
 
 def test_filters_need_their_length():
-    with pytest.raises(UserError, match="longest episode has 120 samples, expected 140 or more"):
+    with pytest.raises(UserError, match="longest episode has 120 samples, too short"):
         identify(a_log({}, steps(6, 120)), IdentifyConfig(method="inverse"))
     with pytest.raises(UserError, match="expected 9 or less at 100 samples/s"):
         identify(a_log({}, steps(6, 120)), IdentifyConfig(method="inverse", inverse=InverseConfig(bandwidth=20.0)))

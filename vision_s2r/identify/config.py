@@ -23,9 +23,8 @@ class InverseConfig:
 
 @dataclass
 class HoldConfig:
-    """Nominal parameters that are known."""
+    """Nominal parameters that are known, beside the torque constant."""
 
-    torque_constant: float | None = None
     inertia: float | None = None
     viscous_damping: float | None = None
     coulomb_friction: float | None = None

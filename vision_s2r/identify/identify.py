@@ -66,7 +66,7 @@ def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
     """
     asked = frozenset(cfg.effects) | _reported(cfg.report)
     held = cfg.hold.known()
-    wanted = asked | (frozenset(DYNAMICS) - {"torque_constant"} - held.keys())
+    wanted = (asked | (frozenset(DYNAMICS) - {"torque_constant"})) - held.keys()
     if recording.units == "linear" and not recording.nominal["gravity_torque"]:
         wanted -= {"gravity_torque"} - asked  # the sine of a distance is no load
     if cfg.method == "inverse" and not wanted <= KNOWN:

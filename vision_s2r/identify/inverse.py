@@ -23,7 +23,8 @@ from vision_s2r.recording import JointRecording
 BANDWIDTH = 1 / 50  # of the sampling rate: what is modelled, where nothing else is said
 POSITION, RATE = 5.0, 5.0  # times the bandwidth: where positions are cut off, and the rate after decimation
 EDGE = 1.0  # periods of the bandwidth that are left out at either end of an episode: there the filters are wrong
-LEAST = 40  # samples between the edges
+LEAST = 40  # samples between the edges of an episode …
+ROWS = 30  # … and rows in all
 
 # Torques that are linear in a parameter.
 COLUMNS: tuple[Label, ...] = (
@@ -64,25 +65,26 @@ def regression(recording: JointRecording, cfg: InverseConfig, unit: np.ndarray) 
             f"inverse.bandwidth is {bandwidth:g} Hz, expected {0.45 * rate / POSITION:g} or less at {rate:g} samples/s"
         )
     edge = round(EDGE / bandwidth * rate)
+    every = max(1, round(rate / (RATE * bandwidth)))
     parts = [
-        _episode(recording, k, bandwidth, cfg.held, slice(edge, length - edge), unit[k])
+        _episode(recording, k, POSITION * bandwidth, every, cfg.held, slice(edge, length - edge), unit[k])
         for k, length in enumerate(recording.lengths)
         if length - 2 * edge >= LEAST
     ]
-    if not parts:
+    if sum(len(torque) for torque, _, _ in parts) < ROWS:
         raise UserError(
-            f"method=inverse: the longest episode has {recording.lengths.max()} samples, expected {2 * edge + LEAST} "
-            f"or more for an inverse.bandwidth of {bandwidth:g} Hz"
+            f"method=inverse: the longest episode has {recording.lengths.max()} samples, too short for an "
+            f"inverse.bandwidth of {bandwidth:g} Hz, which leaves out {edge} at either end and takes every {every}th"
         )
     return Regression(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
 def _episode(
-    recording: JointRecording, k: int, bandwidth: float, held: bool, inside: slice, unit: np.ndarray
+    recording: JointRecording, k: int, cutoff: float, every: int, held: bool, inside: slice, unit: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Torque [N], columns [N, 7] and unit [N] of an episode."""
     step, length = recording.sample_time, recording.lengths[k]
-    low_pass = butter(4, POSITION * bandwidth, output="sos", fs=1 / step)
+    low_pass = butter(4, cutoff, output="sos", fs=1 / step)
     position = sosfiltfilt(low_pass, recording.position[k, :length])
     velocity = np.gradient(position, step)
     acceleration = np.gradient(velocity, step)
@@ -91,7 +93,6 @@ def _episode(
     command = recording.command[k, :length]
     if held:
         command = 0.5 * (command + np.concatenate([command[:1], command[:-1]]))
-    every = max(1, round(1 / (step * RATE * bandwidth)))
 
     def thinned(values: np.ndarray) -> np.ndarray:
         return decimate(values[inside], every) if every > 1 else values[inside]
@@ -117,9 +118,10 @@ class Inverse:
     def estimate(self) -> Estimate:
         """From all rows, with the standard intervals of least squares."""
         columns = self._rows.columns[:, self._free]
-        theta, rest, _, _ = np.linalg.lstsq(columns, self._torque, rcond=None)
+        theta = np.linalg.lstsq(columns, self._torque, rcond=None)[0]
         degrees = len(columns) - len(theta)
-        covariance = np.linalg.inv(columns.T @ columns) * float(rest[0]) / degrees
+        rest = self._torque - columns @ theta
+        covariance = np.linalg.pinv(columns.T @ columns) * float(rest @ rest) / degrees
         hypothesis = self._hypothesis(theta)
         reach = float(student.ppf(0.975, degrees)) * np.sqrt(np.diag(covariance))
         labels = tuple(COLUMNS[k] for k in self._free)

@@ -91,11 +91,15 @@ def _sentences(result: dict[str, Any]) -> list[str]:
     gap = result["gap"]
     before, after, floor = (f"{words.number(gap[key])} {gap['unit']}" for key in ("before", "after", "floor"))
     lines = [f"{gap['metric'].replace('_', ' ')}, held out: {before} before, {after} after; noise {floor}"]
+    units = {
+        "position_rmse": gap["unit"].removesuffix("/s"),
+        "velocity_rmse": gap["unit"],
+        "torque_error": "of the torque",
+    }
     for where, errors in (("", result), (" on the other recording", result.get("validation", {}))):
-        for key in ("position_rmse", "velocity_rmse", "torque_error"):
-            if key in errors:
-                one, other = (words.number(errors[key][end]) for end in ("before", "after"))
-                lines.append(f"{key.replace('_', ' ')}{where}: {one} before, {other} after")
+        for key in (key for key in units if key in errors):
+            one, other = (f"{words.number(errors[key][end])} {units[key]}" for end in ("before", "after"))
+            lines.append(f"{key.replace('_', ' ')}{where}: {one} before, {other} after")
     for key, verb in (("unidentified", "not identified"), ("doubtful", "doubtful")):
         lines += [f"{verb}: {each['name'].replace('_', ' ')}, {each['why']}" for each in result[key]]
     return [*lines, result["next_experiment"]] if result["next_experiment"] else lines
