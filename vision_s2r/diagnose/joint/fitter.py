@@ -93,7 +93,7 @@ class Fitter:
         now = self.observer.residuals(base, base.start(hypothesis)[None], data.episodes)
         weight = np.sqrt(data.temper / variance) * data.weight[..., None]
         moved = ((self.observer.residuals(space, there[None], data.episodes) - now) * weight).ravel()
-        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), weight.size).T
+        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), -1).T
         basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
         rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest)
