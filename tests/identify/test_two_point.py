@@ -1,5 +1,6 @@
 """The worked example, to the digit: from the formula, and from logs that know nothing of it."""
 
+import json
 from dataclasses import replace
 
 import cv2
@@ -59,5 +60,9 @@ def test_the_command_prints_the_numbers_and_draws_them(tmp_path, capsys):
     printed = capsys.readouterr().out
     for number in ("37.3 %", "17.3 %", "1.04 A", "1.34 A", "3.13 rad/s", "4.13 rad/s", "0.1500", "0.0500"):
         assert number in printed
-    assert [path.name for path in tmp_path.iterdir()] == ["two_point.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["log-0", "two_point.png"]
+    (written,) = identify_all(IdentifyConfig(recording=str(tmp_path / "log-0"), out=str(tmp_path / "again")))
+    effects = {each["name"]: each["parameters"]["value"] for each in json.loads(written.read_text())["effects"]}
+    low, high = effects["viscous_damping"]["ci"]
+    assert low < 0.15 < high
     assert cv2.imread(str(picture)).std() > 10

@@ -19,6 +19,7 @@ from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.randomize import Range
 from vision_s2r.randomize.coverage import covered
 from vision_s2r.recording import JointRecording
+from vision_s2r.recording import write as write_recording
 
 SIMULATOR = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.10, coulomb_friction=0.02)
 CORRECTED = replace(SIMULATOR, viscous_damping=0.13)  # its damping a little better, its friction as wrong as before
@@ -78,9 +79,16 @@ def log(seed: int) -> JointRecording:
 
 
 def run(out: Path, seed: int) -> Path:
-    """Print the example from the formula and from a simulated log, and draw it; returns the picture's path."""
+    """Print the example from the formula and from a simulated log, and draw it; returns the picture's path.
+
+    The log lands beside it as a recording, to be identified like any other.
+    """
     exact = replace(SIMULATOR, **dict(zip(IDENTIFIED, from_steady_states(0.5, CURRENTS, SPEEDS), strict=True)))
-    found = identify(log(seed), IdentifyConfig())
+    recording = log(seed)
+    folder = out / f"log-{seed}"
+    if not folder.exists():
+        write_recording(recording, folder)
+    found = identify(recording, IdentifyConfig())
     logged = replace(SIMULATOR, **{name: found.values[name]["value"] for name in IDENTIFIED})
     models = {
         "the simulator": SIMULATOR,
