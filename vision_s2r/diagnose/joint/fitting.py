@@ -58,7 +58,7 @@ def minimise(
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        found = _descend(observer, space, data, best.point, start, space.step * stride, iterations, least_gain)
+        found = _descend(observer, space, data, best.point, start, stride, iterations, least_gain)
         if found.cost < best.cost:
             best = found
     return best
@@ -70,17 +70,13 @@ def _descend(
     data: Data,
     point: np.ndarray,
     centre: np.ndarray,
-    step: np.ndarray,
+    stride: float,
     iterations: int,
     least_gain: float,
 ) -> Fitted:
     damping, now = 1e-3, Fitted(point, np.inf, np.ones(observer.channels))
-    if not space.size:
-        cost, scale = costs(observer, space, data, point[None])
-        return Fitted(point, float(cost[0]), scale[0])
     for _ in range(max(iterations, 1)):
-        steps = np.where(now.point + step > space.high, -step, step)
-        points = np.concatenate([now.point[None], now.point + np.diag(steps)])
+        points, steps = space.differences(now.point, stride)
         residuals = observer.residuals(space, points, data.episodes)
         scale, cost = profile(residuals[:1], data.weight, data.floor)
         now = Fitted(now.point, float(cost[0] @ data.temper) + _prior(now.point, centre, space), scale[0])
