@@ -44,44 +44,29 @@ def costs(observer: Observer, space: Space, data: Data, points: np.ndarray) -> t
 
 
 def minimise(
-    observer: Observer,
-    space: Space,
-    data: Data,
-    start: np.ndarray,
-    iterations: int,
-    strides: Sequence[float] = (1.0,),
-    least_gain: float = LEAST_GAIN,
+    observer: Observer, space: Space, data: Data, start: np.ndarray, iterations: int, strides: Sequence[float] = (1.0,)
 ) -> Fitted:
-    """From one start to the nearest optimum, or as far as `iterations` go with each stride.
+    """From one start to the nearest optimum, or as far as `iterations`, 1 or more, go with each stride.
 
     A stride multiplies the steps of the differences: long ones look over the small ripples that impacts leave.
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        found = _descend(observer, space, data, best.point, start, stride, iterations, least_gain)
+        found = _descend(observer, space, data, best.point, start, stride, iterations)
         if found.cost < best.cost:
             best = found
     return best
 
 
 def _descend(
-    observer: Observer,
-    space: Space,
-    data: Data,
-    point: np.ndarray,
-    centre: np.ndarray,
-    stride: float,
-    iterations: int,
-    least_gain: float,
+    observer: Observer, space: Space, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
     damping, now = 1e-3, Fitted(point, np.inf, np.ones(observer.channels))
-    for _ in range(max(iterations, 1)):
+    for _ in range(iterations):
         points, steps = space.differences(now.point, stride)
         residuals = observer.residuals(space, points, data.episodes)
         scale, cost = profile(residuals[:1], data.weight, data.floor)
         now = Fitted(now.point, float(cost[0] @ data.temper) + _prior(now.point, centre, space), scale[0])
-        if not iterations:
-            break
         curvature, slope = _normal(residuals, steps, now.scale, data)
         curvature[np.diag_indices(space.size)] += space.prior**-2.0
         slope += (centre - now.point) * space.prior**-2.0
@@ -94,7 +79,7 @@ def _descend(
             break
         now = Fitted(tried[k], float(values[k]), scales[k])
         damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
-        if gained < least_gain:
+        if gained < LEAST_GAIN:
             break
     return now
 
