@@ -39,7 +39,11 @@ class Fitted:
 
 def costs(observer: Observer, space: Space, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Negative log-likelihood [C] (nats) of points [C, D], and scales² [C, channels]."""
-    scale, cost = profile(observer.residuals(space, points, data.episodes), data.weight, data.floor)
+    return _costs(observer.residuals(space, points, data.episodes), data)
+
+
+def _costs(residuals: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
+    scale, cost = profile(residuals, data.weight, data.floor)
     return cost @ data.temper, scale
 
 
@@ -61,23 +65,24 @@ def minimise(
 def _descend(
     observer: Observer, space: Space, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
-    damping, now = 1e-3, Fitted(point, np.inf, np.ones(observer.channels))
+    damping, left = 1e-3, observer.residuals(space, point[None], data.episodes)
+    values, scales = _costs(left, data)
+    now = Fitted(point, float(values[0]) + _prior(point, centre, space), scales[0])
     for _ in range(iterations):
         points, steps = space.differences(now.point, stride)
-        residuals = observer.residuals(space, points, data.episodes)
-        scale, cost = profile(residuals[:1], data.weight, data.floor)
-        now = Fitted(now.point, float(cost[0] @ data.temper) + _prior(now.point, centre, space), scale[0])
-        curvature, slope = _normal(residuals, steps, now.scale, data)
+        around = observer.residuals(space, points[1:], data.episodes)
+        curvature, slope = _normal(np.concatenate([left, around]), steps, now.scale, data)
         curvature[np.diag_indices(space.size)] += space.prior**-2.0
         slope += (centre - now.point) * space.prior**-2.0
         tried = trials(now.point, curvature, slope, damping * DAMPINGS, space)
-        values, scales = costs(observer, space, data, tried)
+        residuals = observer.residuals(space, tried, data.episodes)
+        values, scales = _costs(residuals, data)
         values = values + np.array([_prior(trial, centre, space) for trial in tried])
         k = int(np.argmin(values))
         gained = now.cost - float(values[k])
         if not gained > 0:
             break
-        now = Fitted(tried[k], float(values[k]), scales[k])
+        now, left = Fitted(tried[k], float(values[k]), scales[k]), residuals[k : k + 1]
         damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
         if gained < LEAST_GAIN:
             break
