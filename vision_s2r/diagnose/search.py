@@ -6,7 +6,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.case import NOMINAL, Case, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
-MOST = 2.0  # times the rest of an unknown
+MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ class Search:
         self._certain = frozenset(case.certain)
         self._base = case.refitted | self._certain
         self._effects = frozenset(case.library) - self._base
+        self._decoys = frozenset(case.decoys)
         self._candidates = [name for name in case.library if name not in self._base and name not in case.silent]
 
     def run(self) -> Found:
@@ -42,7 +43,7 @@ class Search:
         if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
             challenged, resembles = self._challenge(named, base)
             final = self._restore(challenged)
-        unknown = final.names & frozenset(self._case.decoys)
+        unknown = final.names & self._decoys
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ may be doing its work.
         effects = final.names - unknown - (frozenset() if adequate and not unknown else self._case.refitted)
@@ -113,33 +114,49 @@ class Search:
         Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects. Also
         returns the unknowns that take something off.
         """
-        decoys = sorted(self._case.decoys)
+        rival = self._beside(base)
+        if self._strong(named, rival):
+            # Beside something flexible enough to do their work, their parameters would be anybody's guess.
+            found, hints = named, self._extended(named, Names()).names
+        else:
+            found = self._extended(rival if self._simpler(rival, named, base) else named, self._effects)
+            hints = found.names
+        explained = self._assessor.adequate(found) or self._slight(found)
+        if found.names & self._decoys or not explained:
+            found = self._unmask(found)
+        return found, hints & self._decoys
+
+    def _beside(self, found: Assessment) -> Assessment:
+        """With the likeliest flexible unknown that it has not; as it is where it has them all."""
+        more = self._assessor.assess(
+            (found.names | {decoy}, found.hypothesis) for decoy in sorted(self._decoys - found.names)
+        )
+        return max(more, key=lambda assessment: assessment.score, default=found)
+
+    def _strong(self, named: Assessment, rival: Assessment) -> bool:
+        """Whether effects that leave something do most of the unknown's work, and so keep their names."""
+        return not self._assessor.adequate(named) and named.rest <= MOST * max(rival.rest, self._cfg.adequate)
+
+    def _simpler(self, rival: Assessment, named: Assessment, base: Assessment) -> bool:
+        """Whether the unknown alone is a better story than the named effects.
+
+        It has to be likelier; where these leave something, less so for every effect beyond the first.
+        """
         count = len(named.names) - len(base.names)
-        adequate = self._assessor.adequate(named)
-        alone = self._assessor.assess([(base.names | {decoy}, base.hypothesis) for decoy in decoys])
-        rival = max(alone, key=lambda assessment: assessment.score, default=base)
-        margin = self._cfg.evidence * (1 if adequate else 2 - count)
-        simpler = self._assessor.gain(rival, named).nats > margin and self._assessor.better(rival, base)
-        # Effects that leave no more than twice what the best unknown leaves do most of its work: they keep their names.
-        strong = not adequate and named.rest <= MOST * max(rival.rest, self._cfg.adequate)
-        best = rival if simpler and not strong else named
-        while not self._assessor.adequate(best):
-            beside = self._assessor.assess(
-                [(best.names | {decoy}, best.hypothesis) for decoy in decoys if decoy not in best.names]
-            )
-            more = max(beside, key=lambda assessment: assessment.score, default=best)
-            if not self._assessor.better(more, best):
+        margin = self._cfg.evidence * (1 if self._assessor.adequate(named) else 2 - count)
+        return self._assessor.gain(rival, named).nats > margin and self._assessor.better(rival, base)
+
+    def _extended(self, found: Assessment, doubtful: Names) -> Assessment:
+        """With the unknowns that are needed where something is left, without doubtful names whose work they do."""
+        while not self._assessor.adequate(found):
+            more = self._beside(found)
+            if not self._assessor.better(more, found):
                 break
-            best = more if strong else self._shed(more, self._effects)
-            bare = self._assessor.one(best.names - frozenset(decoys), best.hypothesis)
-            if not self._assessor.better(best, bare):  # the unknown only showed the way to a better fit
-                best = bare
-                break
-        hints = best.names & frozenset(decoys)
-        if strong:  # beside something flexible enough to do their work, their parameters would be anybody's guess
-            best = named
-        explained = self._assessor.adequate(best) or self._slight(best)
-        return (best if explained and not best.names & frozenset(decoys) else self._unmask(best)), hints
+            found = self._shed(more, doubtful)
+            bare = self._assessor.one(found.names - self._decoys, found.hypothesis)
+            if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
+                return bare
+        return found
 
     def _slight(self, found: Assessment) -> bool:
         """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
@@ -165,7 +182,7 @@ class Search:
         Where several have to, one effect more, or a torque constant, may say the same with fewer names.
         """
         found = self._shed(found, self._case.refitted)
-        if not found.names & frozenset(self._case.decoys):
+        if not found.names & self._decoys:
             found = self._shed(found, self._effects | self._case.refitted)
         if len(found.names & self._case.refitted) < 2:
             return found

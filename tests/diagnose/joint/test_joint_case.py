@@ -12,8 +12,9 @@ import pytest
 
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.gapbench.seal import joint
+from vision_s2r.joint import DYNAMICS
 from vision_s2r.recording import read
 
 
@@ -59,6 +60,12 @@ def test_a_wrong_parameter_is_no_effect_and_may_be_withheld(tmp_path: Path) -> N
     assert [effect["name"] for effect in report["effects"]] == list(truth)
     assert report["effects"][0]["source"] == "dynamics"
     assert [effect["name"] for effect in reported(tmp_path, tuple(truth))["effects"]] != list(truth)
+
+
+def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path) -> None:
+    sealed("null", 0, tmp_path)
+    case = open_case(read(tmp_path), DYNAMICS)
+    assert not case.refitted and "compliance" not in case.silent
 
 
 def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:

@@ -228,36 +228,36 @@ class CameraCase:
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each name would gain: one linear step from the best of a few settings."""
         few = self._few(range(self.units))[:2]
-        values = hypothesis.values
+        target, values = self._target, hypothesis.values
         stages: Stages = {}
-        target = self._target
         residual = target.residual(values, few, stages, keep=True)
-        own = [name for name in values if name in CHARTS]
-        slopes, _ = columns(target, values, own, few, stages)
+        slopes, _ = columns(target, values, [name for name in values if name in CHARTS], few, stages)
+        plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
+        base = target.pictures.predict(plain, few, stages).mean
         pixels = float(target.counted.sum()) / max(float(target.counted[few].sum()), 1)
+
+        def gain(name: str, setting: Mapping[str, float]) -> float:
+            moved = target.pictures.predict(plain | {name: setting}, few, stages).mean
+            equations = normal(target, torch.cat([slopes, (moved - base)[None]]), residual, few)
+            return _last_gain(equations.matrix, equations.vector)
+
         gains = {}
         for name in names:
             if name in NOISES:
                 gains[name] = self._noise_gain(hypothesis, name)
-                continue
-            if name == "jpeg_compression":
+            elif name == "jpeg_compression":
                 gains[name] = 0.0
-                continue
-            gain = 0.0
-            options = starts(name, target.pictures.optics.width)
-            if name in self.study.reference:
-                options = [dict(self.study.reference[name]), *options[:: max(len(options) // 4, 1)]]
-            for option in options:
-                moved = target.pictures.predict(
-                    {k: v for k, v in values.items() if k != "jpeg_compression"} | {name: option}, few, stages
-                ).mean
-                base = target.pictures.predict(
-                    {k: v for k, v in values.items() if k != "jpeg_compression"}, few, stages
-                ).mean
-                equations = normal(target, torch.cat([slopes, (moved - base)[None]]), residual, few)
-                gain = max(gain, _last_gain(equations.matrix, equations.vector))
-            gains[name] = gain * pixels / self.study.yardstick.temper
+            else:
+                best = max(gain(name, setting) for setting in self._settings(name))
+                gains[name] = best * pixels / self.study.yardstick.temper
         return gains
+
+    def _settings(self, name: str) -> list[Mapping[str, float]]:
+        """A few settings of an effect; that of the reference first, where it has one."""
+        options = starts(name, self._target.pictures.optics.width)
+        if name not in self.study.reference:
+            return [*options]
+        return [self.study.reference[name], *options[:: max(len(options) // 4, 1)]]
 
     def _noise_gain(self, hypothesis: Hypothesis, name: str) -> float:
         noise, bins = self.study.yardstick.noise, self.study.bins

@@ -37,20 +37,31 @@ def codec_scatter(pictures: Pictures, reference: Values, quality: float, residua
     through = encoded(clean, quality)
     generator = torch.Generator().manual_seed(0)
     draws = [torch.randn(clean.shape, generator=generator) for _ in range(_DRAWS)]
-    inside = F.avg_pool2d(counted.float(), _BLOCK, ceil_mode=True) == 1
-    seen = _blockwise(residual.square())[inside].median()
+    inside = _block_means(counted.float()) == 1
+    seen = _block_means(residual.square().mean(1, keepdim=True))[inside].median()
     best, found = math.inf, torch.zeros_like(counted, dtype=torch.float32)
     before, after = attenuation(quality, clean.shape[1])
     for level, flat in zip(before[1:7].tolist(), after[1:7].tolist(), strict=True):
         squares = [(encoded((clean + level * draw).clamp(0, 1), quality) - through).square() for draw in draws]
-        scatter = _blockwise(torch.stack(squares).mean(0))
+        scatter = _block_means(torch.stack(squares).mean(0).mean(1, keepdim=True))
         distance = abs(math.log(float(scatter[inside].median()) / max(float(seen), 1e-12) + 1e-9))
         if distance < best:
             best = distance
-            wide = scatter.repeat_interleave(_BLOCK, -2).repeat_interleave(_BLOCK, -1)
-            found = (wide[..., : clean.shape[-2], : clean.shape[-1]] - flat**2).clamp(min=0)
+            found = (_enlarged(scatter, clean) - flat**2).clamp(min=0)
     return found
 
 
-def _blockwise(values: Tensor) -> Tensor:
-    return F.avg_pool2d(values.mean(1, keepdim=True), _BLOCK, ceil_mode=True)
+def within_blocks(values: Tensor) -> Tensor:
+    """Values [N, C, H, W] less the mean of their block, where a codec puts what is smooth."""
+    return values - _enlarged(_block_means(values), values)
+
+
+def _block_means(values: Tensor) -> Tensor:
+    """Of values [N, C, H, W], [N, C, H / 8, W / 8] rounded up; a block at the rim is of the pixels that there are."""
+    return F.avg_pool2d(values, _BLOCK, ceil_mode=True)
+
+
+def _enlarged(blocks: Tensor, like: Tensor) -> Tensor:
+    """What each block has, at each of its pixels: as high and wide as `like`."""
+    height, width = like.shape[-2:]
+    return blocks.repeat_interleave(_BLOCK, -2).repeat_interleave(_BLOCK, -1)[..., :height, :width]

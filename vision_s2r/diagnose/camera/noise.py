@@ -1,9 +1,11 @@
 """From the light on the sensor to its values: what noise does to their mean and spread."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
+import torch.nn.functional as F
 from scipy.special import ndtri
 from torch import Tensor
 
@@ -47,35 +49,42 @@ class Tail:
         """Whether there is any noise."""
         return self.sigma > 0 or self.full_well < float("inf")
 
-    def __call__(self, coded: Tensor) -> tuple[Tensor, Tensor | None]:
-        """Mean, and variance where there is noise, of the values that coded light [B, C, H, W] gives."""
-        if not self.noisy:
-            return self._process(coded), None
-        mean, variance = self.table()
-        position = (coded.clamp(0, 1) * (_LEVELS - 1)).contiguous()
-        index = position.long().clamp(max=_LEVELS - 2)
-        part = position - index
-        offset = (torch.arange(coded.shape[1]) * _LEVELS)[:, None, None]
-        index += offset
-        flat_mean, flat_variance = mean.flatten(), variance.flatten()
+    def mean(self, coded: Tensor) -> Tensor:
+        """Of the values [B, C, H, W] that coded light of this shape gives."""
+        return _interpolated(self.table()[0], coded) if self.noisy else self.process(coded)
 
-        def interpolated(table: Tensor) -> Tensor:
-            low = table[index]
-            return low + part * (table[index + 1] - low)
-
-        return interpolated(flat_mean), interpolated(flat_variance)
+    def variance(self, coded: Tensor) -> Tensor | None:
+        """Of the same values; None where there is no noise."""
+        return _interpolated(self.table()[1], coded) if self.noisy else None
 
     def table(self) -> tuple[Tensor, Tensor]:
         """Mean and variance [C, levels] of the values at equally spaced coded light."""
-        coded = torch.linspace(0, 1, _LEVELS)
-        light = coded if self.linear else to_linear(coded)
-        spread = (self.sigma**2 + light / self.full_well).sqrt()
-        drawn = (light[:, None] + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
-        drawn = drawn if self.linear else to_coded(drawn)
-        values = self._process(drawn.expand(1, len(self.gains), -1, -1))[0]
-        return values.mean(-1), values.var(-1, correction=0)
+        return _table(self)
 
-    def _process(self, coded: Tensor) -> Tensor:
+    def process(self, coded: Tensor) -> Tensor:
+        """What white balance and gamma make of coded values [B, C, H, W]."""
         if any(gain != 1 for gain in self.gains):
             coded = (coded * torch.tensor(self.gains)[:, None, None]).clamp(0, 1)
         return coded if self.gamma == 1 else coded.clamp(min=1e-12) ** self.gamma
+
+
+@lru_cache(maxsize=32)  # a fit mostly moves what comes before the tail
+def _table(tail: Tail) -> tuple[Tensor, Tensor]:
+    coded = torch.linspace(0, 1, _LEVELS)
+    light = coded if tail.linear else to_linear(coded)
+    spread = (tail.sigma**2 + light / tail.full_well).sqrt()
+    drawn = (light[:, None] + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
+    drawn = drawn if tail.linear else to_coded(drawn)
+    values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
+    return values.mean(-1), values.var(-1, correction=0)
+
+
+def _interpolated(table: Tensor, coded: Tensor) -> Tensor:
+    """What a table [C, levels] has at coded light [B, C, H, W]."""
+    position = coded.clamp(0, 1) * (_LEVELS - 1)
+    index = position.long().clamp_(max=_LEVELS - 2)
+    part = position - index
+    at = (index + (torch.arange(len(table)) * _LEVELS)[:, None, None]).flatten()
+    rise = F.pad(table.diff(dim=1), (0, 1)).flatten()
+    low, slope = (each.index_select(0, at).view_as(part) for each in (table.flatten(), rise))
+    return low + part * slope

@@ -36,10 +36,16 @@ Stages = dict[
 
 @dataclass(frozen=True)
 class Prediction:
-    """Means and variances [B, C, H, W] of coded values in [0, 1]."""
+    """Coded values [B, C, H, W] in [0, 1]."""
 
     mean: Tensor
-    variance: Tensor | None  # of the noise effects; None without them
+    light: Tensor  # coded, before noise
+    tail: Tail
+
+    @property
+    def variance(self) -> Tensor | None:
+        """Of the noise effects, before JPEG; None without them. Few ask for it."""
+        return self.tail.variance(self.light)
 
 
 @dataclass(frozen=True)
@@ -83,10 +89,10 @@ class Pictures:
         """What these effects make of the simulator's pictures of `units`; JPEG where it is among them."""
         light = self.front(values, units, stages, keep)
         tail = Tail.of(values, self.encoding, self.sim.shape[1])
-        mean, variance = tail(light)
+        mean = tail.mean(light)
         if "jpeg_compression" in values and self.scale == 1.0:
             mean = encoded(mean, values["jpeg_compression"]["quality"])
-        return Prediction(mean, variance)
+        return Prediction(mean, light, tail)
 
     @torch.no_grad()
     def front(self, values: Values, units: Sequence[int], stages: Stages | None = None, keep: bool = False) -> Tensor:

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from torch import Tensor
 
 from vision_s2r.camera.effect import Encoding
+from vision_s2r.diagnose.camera.codec import within_blocks
 from vision_s2r.diagnose.camera.noise import Tail
 from vision_s2r.diagnose.camera.prediction import Pictures, Values
 
@@ -51,10 +52,14 @@ class NoiseBins:
             return np.where(counts >= 30, np.maximum(squares / counts, LEAST), np.nan), counts
 
 
+def smoothed(pictures: Tensor) -> Tensor:
+    """The mean [B, C, H, W] of each pixel and its eight neighbours."""
+    return F.avg_pool2d(F.pad(pictures, (1,) * 4, mode="replicate"), 3, 1)
+
+
 def detail(mean: Tensor) -> Tensor:
     """How much a picture [B, C, H, W] varies around each pixel [B, 1, H, W]: what a warp or a kernel can get wrong."""
-    smooth = F.avg_pool2d(F.pad(mean, (1,) * 4, mode="replicate"), 3, 1)
-    local = (mean - smooth).abs().amax(1, keepdim=True)
+    local = (mean - smoothed(mean)).abs().amax(1, keepdim=True)
     return F.max_pool2d(local, 3, 1, padding=1)
 
 
@@ -68,16 +73,8 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     fine = detail(mean)
     limit = max(float(fine[counted].quantile(0.3) if counted.sum() < 2**24 else fine.median()), 1.5 / 255)
     flat = counted & (fine <= limit)
-    if not white and float(residual[(counted & (fine <= limit)).expand_as(residual)].square().median()) > IMPLAUSIBLE:
-        filtered = within_blocks(residual)
-    elif white:
-        kernel = _IMMERKAER.expand(channels, 1, 3, 3)
-        filtered = F.conv2d(F.pad(residual, (1,) * 4, mode="replicate"), kernel, groups=channels)
-    else:
-        filtered = residual
-    squared = filtered.square() - known
-    smooth = F.avg_pool2d(F.pad(mean, (1,) * 4, mode="replicate"), 3, 1)
-    index = (smooth.clamp(0, 1) * BINS).long().clamp(max=BINS - 1)
+    squared = _filtered(residual, flat, white).square() - known
+    index = (smoothed(mean).clamp(0, 1) * BINS).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
     if white:
         squared = torch.minimum(squared, _ceiling(squared, index, flat))
@@ -97,11 +94,14 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     return NoiseBins(squares.numpy(), counts.numpy(), values.numpy())
 
 
-def within_blocks(values: Tensor) -> Tensor:
-    """Values [N, C, H, W] less the mean of their 8 × 8 block, where a codec puts what is smooth."""
-    height, width = values.shape[-2:]
-    wide = F.avg_pool2d(values, 8, ceil_mode=True).repeat_interleave(8, -2).repeat_interleave(8, -1)
-    return values - wide[..., :height, :width]
+def _filtered(residual: Tensor, flat: Tensor, white: bool) -> Tensor:
+    """Residuals [N, C, H, W] without what is no noise: what neighbours share where it is white, else wrong light."""
+    if white:
+        kernel = _IMMERKAER.expand(residual.shape[1], 1, 3, 3)
+        return F.conv2d(F.pad(residual, (1,) * 4, mode="replicate"), kernel, groups=residual.shape[1])
+    if float(residual[flat.expand_as(residual)].square().median()) > IMPLAUSIBLE:
+        return within_blocks(residual)
+    return residual
 
 
 def _ceiling(squared: Tensor, index: Tensor, flat: Tensor) -> Tensor:
@@ -203,8 +203,7 @@ def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
         if known.any():
             filled[c] = np.interp(np.arange(BINS), np.flatnonzero(known), row[known])
     table = torch.from_numpy(np.maximum(filled, quiet * 0.3)).float()
-    smooth = F.avg_pool2d(F.pad(pictures, (1,) * 4, mode="replicate"), 3, 1).clamp(0, 1)
-    position = smooth * BINS - 0.5
+    position = smoothed(pictures).clamp(0, 1) * BINS - 0.5
     low = position.floor().long().clamp(0, BINS - 2)
     part = (position - low).clamp(0, 1)
     offset = (torch.arange(pictures.shape[1]) * BINS)[:, None, None]

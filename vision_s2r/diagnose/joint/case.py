@@ -85,12 +85,14 @@ class JointCase:
 
     def _prepare(self, unknown_lattice: Lattice | None, rounding: float) -> None:
         self._fitter = self._make_fitter(self.track)
+        base = self._fit_base()
         if self.track.velocity is None:
-            base = self._fitter.fit(self._base, range(self.units), NOMINAL)
             self._lead(base)
-        best, noise = self._quietest()
+            base = self._fit_base()
+        best, noise = self._quietest(base)
         if self.track.velocity is None:
             self._lead(best)
+            base = self._fit_base()
             best = self._fitter.fit(names_of(best), range(self.units), best)
             noise = fast_variance(self._fitter.residuals(best, range(self.units)), self.track.lengths)
         track = self.track
@@ -107,13 +109,12 @@ class JointCase:
         self._floor = GAUSSIAN * self._expected
         self._gap = Gap(self._fitter, noise, self._lattice)
         self._labels, self._owners = uncertainty.blocks(track.unit, int(max(BLOCK, 5 / self._temper.min())))
-        base = self._fitter.fit(self._base, range(self.units), NOMINAL)
         idle = [name for name in self.library if name not in self._promising]
         self.silent: Mapping[str, str] = silent(self._fitter, base, self._expected / self._temper, idle)
 
-    @property
-    def _base(self) -> Names:
-        return self.refitted | frozenset(self.certain)
+    def _fit_base(self) -> Hypothesis:
+        """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
+        return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.units), NOMINAL)
 
     def _make_fitter(self, track: Track) -> Fitter:
         observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
@@ -127,11 +128,10 @@ class JointCase:
         self.track = led_by(self.track, self._fitter.observer.led(space, space.start(hypothesis)))
         self._fitter = self._make_fitter(self.track)
 
-    def _quietest(self) -> tuple[Hypothesis, np.ndarray]:
-        """The noise's variance [channels], read off what is left once the largest effects are taken off."""
+    def _quietest(self, base: Hypothesis) -> tuple[Hypothesis, np.ndarray]:
+        """The noise's variance [channels], read off what the base leaves once the largest effects are taken off."""
         units, lengths = range(self.units), self.track.lengths
-        best = self._fitter.fit(self._base, units, NOMINAL)
-        residuals = self._fitter.residuals(best, units)
+        best, residuals = base, self._fitter.residuals(base, units)
         noise = fast_variance(residuals, lengths)
         for _ in range(LAYERS):
             free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})

@@ -87,13 +87,12 @@ class Fitter:
         here = before.start(hypothesis)
         space = self.space(names_of(hypothesis) | {name})
         there = space.start(Hypothesis({**hypothesis.values, name: values}, hypothesis.extra))
-        steps = np.where(here + before.step > before.high, -before.step, before.step)
-        around = self.observer.residuals(before, np.concatenate([here[None], here + np.diag(steps)]), data.episodes)
+        _, slopes = self.observer.slopes(before, here, data.episodes)
         base = self.space(names_of(hypothesis))
         now = self.observer.residuals(base, base.start(hypothesis)[None], data.episodes)
         weight = np.sqrt(data.temper / variance) * data.weight[..., None]
         moved = ((self.observer.residuals(space, there[None], data.episodes) - now) * weight).ravel()
-        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), -1).T
+        basis = (slopes * weight).reshape(before.size, weight.size).T
         basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
         rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest)
@@ -115,8 +114,7 @@ class Fitter:
         key = (names_of(hypothesis), point.tobytes())
         if key not in self._derived:
             data = self.data(range(self.track.count))
-            steps = np.where(point + space.step > space.high, -space.step, space.step)
-            points = np.concatenate([point[None], point + np.diag(steps)]) if space.size else point[None]
+            points, steps = space.differences(point)
             residuals = self.observer.residuals(space, points, data.episodes)
             scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
             factor = influence(residuals[0], scale) * data.temper
@@ -171,27 +169,20 @@ class Fitter:
         Each start is tried with the other coordinates as they are, and moved to where, to first order, they make up
         for as much of its effect as they can.
         """
-        steps = np.where(here + before.step > before.high, -before.step, before.step)
-        around = self.observer.residuals(
-            before, np.concatenate([here[None], here + np.diag(steps)]) if len(here) else here[None], data.episodes
-        )
-        scale, cost = profile(around[:1], data.weight, data.floor)
+        residuals, slopes = self.observer.slopes(before, here, data.episodes)
+        scale, cost = profile(residuals[None], data.weight, data.floor)
         now = float(cost[0] @ data.temper)
         if name in DECOYS:
             return now, [space.start(hypothesis)]
-        points = self._grid(before, here, space, hypothesis, name, around[0], data)
-        weight = np.sqrt(influence(around[0], scale[0]) * data.temper * data.weight[..., None])
-        basis = ((around[1:] - around[0]) / steps[:, None, None, None] * weight).reshape(len(steps), weight.size)
+        points = self._grid(before, here, space, hypothesis, name, residuals, data)
+        weight = np.sqrt(influence(residuals, scale[0]) * data.temper * data.weight[..., None])
+        basis = (slopes * weight).reshape(before.size, weight.size)
         after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
         moved = points.copy()
         others = [k for k in range(space.size) if space.owner[k] != name]
         size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300
         scaled = basis / size
-        answer = (
-            np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
-            if len(here)
-            else np.zeros((0, len(points)))
-        )
+        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
         moved[:, others] -= (answer / size).T
         points = np.concatenate([points, np.clip(moved, space.low, space.high)])
         order = np.argsort(costs(self.observer, space, data, points)[0], kind="stable")

@@ -39,66 +39,52 @@ class Fitted:
 
 def costs(observer: Observer, space: Space, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Negative log-likelihood [C] (nats) of points [C, D], and scales² [C, channels]."""
-    scale, cost = profile(observer.residuals(space, points, data.episodes), data.weight, data.floor)
+    return _costs(observer.residuals(space, points, data.episodes), data)
+
+
+def _costs(residuals: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
+    scale, cost = profile(residuals, data.weight, data.floor)
     return cost @ data.temper, scale
 
 
 def minimise(
-    observer: Observer,
-    space: Space,
-    data: Data,
-    start: np.ndarray,
-    iterations: int,
-    strides: Sequence[float] = (1.0,),
-    least_gain: float = LEAST_GAIN,
+    observer: Observer, space: Space, data: Data, start: np.ndarray, iterations: int, strides: Sequence[float] = (1.0,)
 ) -> Fitted:
-    """From one start to the nearest optimum, or as far as `iterations` go with each stride.
+    """From one start to the nearest optimum, or as far as `iterations`, 1 or more, go with each stride.
 
     A stride multiplies the steps of the differences: long ones look over the small ripples that impacts leave.
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        found = _descend(observer, space, data, best.point, start, space.step * stride, iterations, least_gain)
+        found = _descend(observer, space, data, best.point, start, stride, iterations)
         if found.cost < best.cost:
             best = found
     return best
 
 
 def _descend(
-    observer: Observer,
-    space: Space,
-    data: Data,
-    point: np.ndarray,
-    centre: np.ndarray,
-    step: np.ndarray,
-    iterations: int,
-    least_gain: float,
+    observer: Observer, space: Space, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
-    damping, now = 1e-3, Fitted(point, np.inf, np.ones(observer.channels))
-    if not space.size:
-        cost, scale = costs(observer, space, data, point[None])
-        return Fitted(point, float(cost[0]), scale[0])
-    for _ in range(max(iterations, 1)):
-        steps = np.where(now.point + step > space.high, -step, step)
-        points = np.concatenate([now.point[None], now.point + np.diag(steps)])
-        residuals = observer.residuals(space, points, data.episodes)
-        scale, cost = profile(residuals[:1], data.weight, data.floor)
-        now = Fitted(now.point, float(cost[0] @ data.temper) + _prior(now.point, centre, space), scale[0])
-        if not iterations:
-            break
-        curvature, slope = _normal(residuals, steps, now.scale, data)
+    damping, left = 1e-3, observer.residuals(space, point[None], data.episodes)
+    values, scales = _costs(left, data)
+    now = Fitted(point, float(values[0]) + _prior(point, centre, space), scales[0])
+    for _ in range(iterations):
+        points, steps = space.differences(now.point, stride)
+        around = observer.residuals(space, points[1:], data.episodes)
+        curvature, slope = _normal(np.concatenate([left, around]), steps, now.scale, data)
         curvature[np.diag_indices(space.size)] += space.prior**-2.0
         slope += (centre - now.point) * space.prior**-2.0
         tried = trials(now.point, curvature, slope, damping * DAMPINGS, space)
-        values, scales = costs(observer, space, data, tried)
+        residuals = observer.residuals(space, tried, data.episodes)
+        values, scales = _costs(residuals, data)
         values = values + np.array([_prior(trial, centre, space) for trial in tried])
         k = int(np.argmin(values))
         gained = now.cost - float(values[k])
         if not gained > 0:
             break
-        now = Fitted(tried[k], float(values[k]), scales[k])
+        now, left = Fitted(tried[k], float(values[k]), scales[k]), residuals[k : k + 1]
         damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
-        if gained < least_gain:
+        if gained < LEAST_GAIN:
             break
     return now
 

@@ -1,6 +1,6 @@
 """How much of a residual is noise: its fast half, what the observer makes of it, how long it remembers."""
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -30,17 +30,12 @@ def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
     return np.array(out)
 
 
+@cache
 def _trimmed_mean() -> float:
     """The trimmed mean of the blocks for white noise of variance 1; a simulation of its own, always the same."""
-    global _TRIMMED_MEAN
-    if _TRIMMED_MEAN is None:
-        white = np.random.default_rng(0).normal(size=(4000, BLOCK + 2))
-        power = np.sort((np.diff(white, 2, axis=1) ** 2 / 6).mean(axis=1))
-        _TRIMMED_MEAN = float(power[: int(len(power) * (1 - TRIMMED))].mean())
-    return _TRIMMED_MEAN
-
-
-_TRIMMED_MEAN: float | None = None
+    white = np.random.default_rng(0).normal(size=(4000, BLOCK + 2))
+    power = np.sort((np.diff(white, 2, axis=1) ** 2 / 6).mean(axis=1))
+    return float(power[: int(len(power) * (1 - TRIMMED))].mean())
 
 
 def memory(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:

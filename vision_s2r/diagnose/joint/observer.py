@@ -27,6 +27,12 @@ class Observer:
             out[members] = (measured - states)[..., : self.channels]
         return np.nan_to_num(out, copy=False, nan=0.0, posinf=1e150, neginf=-1e150)
 
+    def slopes(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [E, T, channels] of a point [D], and their change with each coordinate [D, E, T, channels]."""
+        points, steps = space.differences(point)
+        residuals = self.residuals(space, points, episodes)
+        return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
+
     def led(self, space: Space, point: np.ndarray) -> np.ndarray:
         """States [E, T, 2] that the observer predicts for all episodes."""
         ((_, states, _),) = self._runs(space, point[None], range(len(self.track.lengths)), leak=LEAK)

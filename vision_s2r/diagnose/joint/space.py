@@ -138,6 +138,15 @@ class Space:
             point += list(hypothesis.extra.get(decoy.name, np.zeros(decoy.size)))
         return np.clip(np.array(point), self.low, self.high)
 
+    def differences(self, point: np.ndarray, stride: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """A point [D] and one step along each axis from it [1 + D, D]; the steps [D], back from an upper bound.
+
+        Each is `stride` times as long as its coordinate's own.
+        """
+        step = self.step * stride
+        steps = np.where(point + step > self.high, -step, step)
+        return np.concatenate([point[None], point + np.diag(steps)]), steps
+
     def machines(self, points: np.ndarray) -> np.ndarray:
         """Rows [C, P] of the simulator for points [C, D], the heights of tables behind."""
         rows = np.repeat(self.base[None], len(points), axis=0)

@@ -1,6 +1,7 @@
 """A recording as the search looks at it: episodes, the states that lead the observer, and units to hold out."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.signal import savgol_filter
@@ -46,7 +47,7 @@ class Track:
     unit: np.ndarray  # [E, T] int64: stretch or episode that a sample belongs to, -1 beyond the end
     count: int  # of units
 
-    @property
+    @cached_property
     def scales(self) -> Scales:
         """Of torque, speed and position."""
         torque = self.nominal.torque_constant * np.concatenate(

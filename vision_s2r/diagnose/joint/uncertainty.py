@@ -49,10 +49,8 @@ def scores(fitter: Fitter, hypothesis: Hypothesis) -> Scores:
     space = fitter.space(names_of(hypothesis))
     point = space.start(hypothesis)
     data = fitter.data(range(track.count))
-    steps = np.where(point + space.step > space.high, -space.step, space.step)
-    residuals = observer.residuals(space, np.concatenate([point[None], point + np.diag(steps)]), data.episodes)
-    jacobian = (residuals[1:] - residuals[0]) / steps[:, None, None, None]
-    now, scale = residuals[0], np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
+    now, jacobian = observer.slopes(space, point, data.episodes)
+    scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
     push = influence(now, scale) * data.weight[..., None]
     bend = np.maximum(push * (NU * scale - now**2) / (NU * scale + now**2), 0.0)
     labels, unit = blocks(track.unit, BLOCK)
