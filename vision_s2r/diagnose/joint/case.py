@@ -5,6 +5,7 @@ import threading
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.signal import lfilter
 
 from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names, Samples, Units
 from vision_s2r.diagnose.joint import uncertainty
@@ -17,7 +18,7 @@ from vision_s2r.diagnose.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.diagnose.joint.noise import fast_variance, inflation, memory
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.silence import silent
-from vision_s2r.diagnose.joint.track import Track, fast_noise, led_by, make_track
+from vision_s2r.diagnose.joint.track import LEAK, Track, fast_noise, led_by, make_track
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.joint import DYNAMICS, unit
 from vision_s2r.recording import JointRecording
@@ -30,6 +31,7 @@ LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is
 LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
 QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
 PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
+SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 INCONSTANT = 0.3  # relative spread over units that a true effect's steadiest parameter does not have
 
@@ -104,6 +106,7 @@ class JointCase:
         inflated = noise * inflation(self._fitter, best, noise)
         self.tolerance = self._tolerance(best)  # [channels] mean square error of the integrator
         self._expected = inflated + self.tolerance  # of the residual, where the machine is right
+        self._unremarkable = self._expected + self._skewed()  # of one that is no gap
         residuals = self._fitter.residuals(best, range(self.units))
         self._temper = 1 / memory(residuals, track.lengths)
         self._floor = GAUSSIAN * self._expected
@@ -150,6 +153,17 @@ class JointCase:
         squares = np.minimum(residuals[self.track.unit >= 0] ** 2, WINSOR * noise).mean(axis=0)
         return bool((squares < QUIET * noise * inflation(self._fitter, hypothesis, noise)).all())
 
+    def _skewed(self) -> np.ndarray:
+        """Mean square residual [channels] of positions that are SKEW late.
+
+        The step of a first-order integrator does that too, by half of itself.
+        """
+        track = self.track
+        velocity = np.nan_to_num(track.observed[..., 1])
+        followed = lfilter([0.0, LEAK], [1.0, LEAK - 1.0], velocity, axis=1)  # what the observer makes up for
+        late = SKEW * track.sample_time * (velocity - followed)
+        return np.array([np.mean(late[track.unit >= 0] ** 2), 0.0])[: self._fitter.observer.channels]
+
     def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:
         coarse, fitter = self._fitter.residuals(hypothesis, range(self.units)), self._fitter
         fine = Fitter(
@@ -185,8 +199,8 @@ class JointCase:
         return np.asarray(hypothesis.extra[SCALE]) if SCALE in hypothesis.extra else self._floor
 
     def excess(self, hypothesis: Hypothesis, units: Units) -> np.ndarray:
-        """Mean squared residual [units] in units of the noise's, single instants limited."""
-        squares = self._fitter.residuals(hypothesis, units) ** 2 / self._expected
+        """Mean squared residual [units] in units of what is no gap, single instants limited."""
+        squares = self._fitter.residuals(hypothesis, units) ** 2 / self._unremarkable
         share = self._temper / self._temper.sum()  # a channel counts by how much it has to say
         each, plain = np.minimum(squares, WINSOR) @ share, squares @ share
         # A gap that is large everywhere is as large as it is; only rare instants are limited.

@@ -1,0 +1,37 @@
+"""Recordings made by another engine and other image code, whose answers are known."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from vision_s2r.cli import compose
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose_all
+
+EXAMPLES = Path(__file__).resolve().parents[2].parent / "shared" / "examples"
+SLOW = ("joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
+
+pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason=f"{EXAMPLES} is not there")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "joint_no_gap",
+        "joint_viscous_damping",
+        "camera_no_gap",
+        *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW),
+    ],
+)
+def test_the_answer_and_nothing_else(name, tmp_path):
+    answer = json.loads((EXAMPLES / name / "answer.json").read_text())
+    (path,) = diagnose_all(
+        compose(DiagnoseConfig, "diagnose", [f"recording={EXAMPLES / name}", f"out={tmp_path}", "jobs=1"])
+    )
+    report = json.loads((path.parent / "report.json").read_text())
+    assert report["verdict"] == ("explained" if answer["effects"] else "no_gap")
+    assert {effect["name"] for effect in report["effects"]} == set(answer["effects"])
+    for effect in report["effects"]:
+        for key, truth in answer["effects"][effect["name"]].items():
+            assert effect["parameters"][key]["value"] == pytest.approx(truth, rel=0.03)
