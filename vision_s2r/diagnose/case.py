@@ -41,7 +41,7 @@ class Samples:
 
     error: np.ndarray  # [samples] squared error, in the square of the gap's unit
     floor: np.ndarray  # [samples] what measurement noise alone would leave
-    unit: np.ndarray  # [samples] int: episode or frame
+    unit: np.ndarray  # [samples] int: the stretch or frame it belongs to, which are taken as exchangeable
     axes: tuple[Axis, ...]
 
 

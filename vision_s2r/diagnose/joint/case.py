@@ -220,8 +220,8 @@ class JointCase:
         return np.full(len(units), self._gap.noise_variance)
 
     def samples(self, hypothesis: Hypothesis) -> Samples:
-        """The velocity's squared errors in free run, sample by sample."""
-        return self._gap.samples(hypothesis)
+        """The squared errors of the observer's velocity, sample by sample."""
+        return self._gap.samples(hypothesis, uncertainty.blocks(self.track.unit, uncertainty.BLOCK)[0])
 
     # -- what to try
 

@@ -31,10 +31,12 @@ class Gap:
         self._rounding = lattice.resolution / np.sqrt(24) / track.sample_time if lattice and self._derived else 0.0
 
     def squared(self, hypothesis: Hypothesis) -> np.ndarray:
-        """Squared error [E, T] of the velocity, NaN beyond an episode's end."""
-        fitter = self._fitter
-        space = fitter.space(names_of(hypothesis))
-        states, _ = fitter.observer.free(space, space.start(hypothesis), range(len(self._track.lengths)))
+        """Squared error [E, T] of the velocity in free run, NaN beyond an episode's end."""
+        space = self._fitter.space(names_of(hypothesis))
+        point, episodes = space.start(hypothesis), range(len(self._track.lengths))
+        return self._squared(hypothesis, self._fitter.observer.free(space, point, episodes)[0])
+
+    def _squared(self, hypothesis: Hypothesis, states: np.ndarray) -> np.ndarray:
         predicted = self._velocity(states[..., 0], None) if self._derived else states[..., 1]
         unpredicted = 0.0 if "encoder_quantization" in hypothesis.values else self._rounding
         return (self._measured - predicted) ** 2 + unpredicted**2
@@ -43,15 +45,19 @@ class Gap:
         """Mean [units] of a quantity [E, T]."""
         return np.array([float(np.nanmean(squared[self._track.unit == unit])) for unit in units])
 
-    def samples(self, hypothesis: Hypothesis) -> Samples:
-        """Errors of all samples with the axes of this room."""
+    def samples(self, hypothesis: Hypothesis, stretches: np.ndarray) -> Samples:
+        """Errors of the observer's velocity, with the axes of this room; `stretches` [E, T] are taken as exchangeable.
+
+        A free run's errors stay once they are made, far from where they arose.
+        """
         track = self._track
         inside = track.unit >= 0
-        squared = self.squared(hypothesis)[inside]
+        space = self._fitter.space(names_of(hypothesis))
+        squared = self._squared(hypothesis, self._fitter.observer.led(space, space.start(hypothesis)))[inside]
         return Samples(
             error=squared,
             floor=np.full(len(squared), self.noise_variance),
-            unit=track.unit[inside],
+            unit=stretches[inside],
             axes=tuple(Axis(name, labels, bins[inside]) for name, labels, bins in self._axes()),
         )
 
