@@ -47,7 +47,7 @@ class WideningConfig:
     limits: dict[str, dict[str, Any]] = field(default_factory=dict)
     every: int = 4  # steps between measurements
     probes: int = 16  # validation views of a measurement, each at a boundary drawn anew
-    buffer: int = 24  # results at a boundary from which a decision is made
+    buffer: int = 12  # results at a boundary from which a decision is made
     threshold_high: float = 0.9  # mean performance at a boundary from which on it moves outwards
     threshold_low: float = 0.85  # and down from which it moves inwards
     step: float = 0.05  # of a boundary, as a share of its limits
