@@ -121,7 +121,9 @@ def test_without_limits_nothing_is_drawn_measured_or_kept(tmp_path: Path) -> Non
         ({"gamma": {"gamma": [0.5, 2]}}, "the camera has no gamma"),
         ({"cast_shadow": {"angle": [0, 90]}}, r"cast_shadow\.angle has no neutral value to begin at"),
         ({"exposure": {"stops": 1.0}}, r"exposure\.stops is 1\.0, expected \[low, high\]"),
-        ({"exposure": {"stops": [-9.0, 1.0]}}, r"exposure\.stops: limits are \[-9, 1\], expected a range within"),
+        ({"exposure": {"stops": [-9.0, 1.0]}}, r"limits: exposure: stops is -9, expected -6 to 6 EV"),
+        ({"exposure": {"stops": [0, "one"]}}, r"limits: exposure: stops is 'one', expected a number"),
+        ({"exposure": {"stops": [1.0, -1.0]}}, r"exposure\.stops is \[1, -1\], expected low before high"),
         ({"exposure": {"stops": [0.5, 1.0]}}, r"exposure\.stops: nominal is 0, expected 0\.5 to 1"),
     ],
 )

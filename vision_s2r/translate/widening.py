@@ -111,9 +111,10 @@ def dimensions(limits: Mapping[str, Mapping[str, Any]], camera: Camera) -> list[
             neutral = effect.parameter(key).neutral
             if neutral is None:
                 raise UserError(f"{WHERE}: {name}.{key} has no neutral value to begin at, expected no limits for it")
-            if not isinstance(pair, Sequence) or len(pair) != 2:
+            if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
                 raise UserError(f"{WHERE}: {name}.{key} is {pair!r}, expected [low, high]")
-            found.append(Dimension(name, key, neutral, *pair))
+            low, high = (effect.parameter(key).check(end, f"{WHERE}: {name}") for end in pair)
+            found.append(Dimension(name, key, neutral, low, high))
     return found
 
 
