@@ -106,6 +106,20 @@ def test_effects_are_drawn_as_often_and_as_far_as_configured() -> None:
     assert torch.all(drawn.values["exposure"]["stops"] == -0.5)
 
 
+def test_given_values_and_effects_take_the_place_of_drawn_ones_and_disturb_no_others() -> None:
+    effects = {"defocus_blur": {"probability": 0.3, "radius": [1.0, 2.0]}, "exposure": {"stops": [-1.0, 1.0]}}
+    camera = Camera.from_config(CameraConfig(effects=effects, reference_size=128))
+    radius, on = torch.full((100,), 4.0, dtype=torch.float64), torch.arange(100) < 50
+    usual = camera.sample(100, torch.Generator().manual_seed(0), 64, 64)
+    drawn = camera.sample(
+        100, torch.Generator().manual_seed(0), 64, 64, {"defocus_blur": {"radius": radius}}, {"defocus_blur": on}
+    )
+    present = drawn.on("defocus_blur")
+    assert torch.equal(present, usual.on("defocus_blur") | on) and 50 < present.sum() < 100
+    assert (drawn.values["defocus_blur"]["radius"][present] == 2.0).all()  # meant for pictures of 128, as ranges are
+    assert torch.equal(drawn.values["exposure"]["stops"], usual.values["exposure"]["stops"])
+
+
 @pytest.mark.parametrize("path", PRESETS, ids=lambda path: path.stem)
 def test_presets_make_sane_pictures(path: Path) -> None:
     config = load_config(path)

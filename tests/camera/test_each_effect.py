@@ -51,6 +51,13 @@ def rms_grey_levels(a: Tensor | np.ndarray, b: Tensor | np.ndarray) -> float:
     return float(np.sqrt(np.mean((np.asarray(a) - np.asarray(b)) ** 2)) * 255)
 
 
+def test_a_disk_smaller_than_its_pixel_leaves_the_picture_as_it_is() -> None:
+    picture = batch_of(a_picture()).expand(4, -1, -1, -1)
+    radius = torch.tensor([0.001, 0.05, 0.2, 0.5], dtype=torch.float64)
+    got = Camera()(picture, CameraParameters.of({"defocus_blur": {"radius": radius}}, 4))
+    torch.testing.assert_close(got, picture)
+
+
 @pytest.mark.parametrize(("name", "values"), SETTINGS, ids=lambda v: v if isinstance(v, str) else "")
 def test_agrees_with_an_independent_implementation(name: str, values: dict[str, float]) -> None:
     picture, intrinsics = a_picture(), np.array([80.0, 84.0, 35.0, 31.5])

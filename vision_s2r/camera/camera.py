@@ -69,25 +69,38 @@ class Camera:
         """One effect alone, always on, at its moderate setting but for `values`; pixels are pixels at any size."""
         return cls(effect_ranges({effect: CAMERA_EFFECTS[effect].moderate() | values}, CAMERA_EFFECTS))
 
-    def sample(self, batch: int, generator: torch.Generator, height: int, width: int) -> CameraParameters:
+    def sample(
+        self,
+        batch: int,
+        generator: torch.Generator,
+        height: int,
+        width: int,
+        given: Mapping[str, Mapping[str, Tensor]] | None = None,
+        on: Mapping[str, Tensor] | None = None,
+    ) -> CameraParameters:
         """Parameters for `batch` pictures of height x width (without margin), drawn on the CPU.
 
-        Each effect is on with its probability; each parameter is uniform in its range, on its own scale.
+        Each effect is on with its probability; each parameter is uniform in its range, on its own scale. Values `given`
+        by effect and parameter (float64 [batch]) take the place of those drawn, and samples that are `on` by effect
+        (bool [batch]) have it whatever its probability.
         """
+        given, on = given or {}, on or {}
         size_ratio = min(height, width) / self.reference_size if self.reference_size else 1.0
         values: dict[str, dict[str, Tensor]] = {}
         for name, drawn in self.ranges.items():
             effect = CAMERA_EFFECTS[name]
-            on = torch.rand(batch, generator=generator, dtype=torch.float64) < drawn.probability
+            present = torch.rand(batch, generator=generator, dtype=torch.float64) < drawn.probability
+            if name in on:
+                present = present | on[name]
             values[name] = {}
             for key, drawn_from in drawn.ranges.items():
                 parameter = effect.parameter(key)
                 unit = torch.rand(batch, generator=generator, dtype=torch.float64)
-                value = drawn_from.at(unit, parameter.scale)
+                value = given.get(name, {}).get(key, drawn_from.at(unit, parameter.scale))
                 if parameter.unit == "px":
                     value = (value * size_ratio).clamp(parameter.low, parameter.high)
                 if parameter.neutral is not None:
-                    value = torch.where(on, value, parameter.neutral)
+                    value = torch.where(present, value, parameter.neutral)
                 values[name][key] = value
         seeds = torch.randint(2**31, (batch,), generator=generator)
         return CameraParameters(values, seeds)

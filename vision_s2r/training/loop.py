@@ -128,7 +128,7 @@ class _Step:
 
 
 class _Run:
-    """A run and its state: networks, optimisers, and these four."""
+    """A run and its state: networks, optimisers, what the method remembers, and these four."""
 
     def __init__(
         self,
@@ -175,6 +175,7 @@ class _Run:
                 network.load_state_dict(state["networks"][name])
             for name, optimiser in self._method.optimisers.items():
                 optimiser.load_state_dict(state["optimisers"][name])
+            self._method.restore(state.get("method", {}))
             self.step, self.seconds, self.best = state["step"], state["seconds"], state["best"]
             self.done = state["done"]
         except KeyError as error:
@@ -328,6 +329,7 @@ class _Run:
                 "done": self.done,
                 "networks": {name: network.state_dict() for name, network in self._bare.items()},
                 "optimisers": {name: optimiser.state_dict() for name, optimiser in optimisers.items()},
+                "method": self._method.state(),
             }
             checkpoint.save_state(self._out / LAST, state)
         self._fabric.barrier()

@@ -68,6 +68,13 @@ class Method(ABC):
         """Pictures to look at after a validation, by name: float [3, H, W] in [0, 1]; as `validate`."""
         return {}
 
+    def state(self) -> dict[str, Any]:
+        """Plain values: what later steps depend on besides networks, optimisers and configuration."""
+        return {}
+
+    def restore(self, state: dict[str, Any]) -> None:  # noqa: B027 (most remember nothing)
+        """Go on where `state` was taken; called on every process of a run that is resumed."""
+
 
 def adamw(network: nn.Module, cfg: TrainingConfig, learning_rate: float | None = None) -> torch.optim.AdamW:
     """AdamW as the configuration has it; weight decay on matrices and kernels, not on biases and norms."""

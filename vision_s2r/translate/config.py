@@ -1,6 +1,7 @@
 """The configuration of a translator, as configs/translate/*.yaml has it."""
 
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.networks.unet import NetworkConfig
@@ -35,6 +36,24 @@ class LossConfig:
 
 
 @dataclass
+class WideningConfig:
+    """When the camera's ranges widen by themselves; without limits they do not, and the rest is not read.
+
+    Performance is the share of its accuracy that the translator keeps: its error without a camera over its error under
+    one, both of the canonical pictures of the same held-out views.
+    """
+
+    # By effect and parameter: [low, high], up to which its range may widen from the neutral value.
+    limits: dict[str, dict[str, Any]] = field(default_factory=dict)
+    every: int = 4  # steps between measurements
+    probes: int = 16  # validation views of a measurement, each at a boundary drawn anew
+    buffer: int = 12  # results at a boundary from which a decision is made
+    threshold_high: float = 0.9  # mean performance at a boundary from which on it moves outwards
+    threshold_low: float = 0.85  # and down from which it moves inwards
+    step: float = 0.05  # of a boundary, as a share of its limits
+
+
+@dataclass
 class TranslateConfig:
     """A translator: its networks, losses and training."""
 
@@ -44,6 +63,7 @@ class TranslateConfig:
     training: TrainingConfig = field(
         default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=32, metric="l1", mode="min")
     )
+    widening: WideningConfig = field(default_factory=WideningConfig)
     start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
     validate_on: str = "real"  # randomised | real: what the validation camera looks at
     pictures: int = 6  # validation scenes shown in the grid
@@ -64,6 +84,9 @@ def check(cfg: TranslateConfig) -> None:
     form, forms = cfg.loss.adversarial_form, ("hinge", "least_squares")
     if form not in forms:
         raise UserError(f"translate.loss.adversarial_form = '{form}': {nearest(form, forms)}")
+    for key in ("every", "probes"):
+        if getattr(cfg.widening, key) <= 0:
+            raise UserError(f"translate.widening.{key} = {getattr(cfg.widening, key)}: expected a number above 0")
     if cfg.validate_on not in PICTURES:
         raise UserError(f"translate.validate_on = '{cfg.validate_on}': {nearest(cfg.validate_on, PICTURES)}")
     if cfg.pictures <= 0:

@@ -69,11 +69,16 @@ def supervised(cfg: LossConfig, output: Maps, target: Maps) -> Maps:
     `output`: canonical [B, 3, H, W], and where they have a weight segmentation logits [B, C, H, W] and depth
     [B, 1, H, W] in parts of its range. `target`: the same, segmentation as class ids int64 [B, H, W].
     """
-    weight = 1 + cfg.focus * (target["segmentation"] == OBJECT).unsqueeze(1).to(torch.float32)
+    weight = weights(cfg, target)
     wanted = {name: term for name, term in TERMS.items() if getattr(cfg, name) > 0}
     if "displacements" not in target:
         wanted.pop("rectification", None)
     return {name: term(output, target, weight) for name, term in wanted.items()}
+
+
+def weights(cfg: LossConfig, target: Maps) -> Tensor:
+    """How much each pixel counts [B, 1, H, W]: objects more."""
+    return 1 + cfg.focus * (target["segmentation"] == OBJECT).unsqueeze(1).to(torch.float32)
 
 
 def adversarial(form: str, fake: Tensor) -> Tensor:

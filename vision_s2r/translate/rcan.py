@@ -9,7 +9,7 @@ import torch
 from kornia.metrics import ssim
 from torch import Tensor
 
-from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.camera import Camera, CameraConfig, CameraParameters
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
@@ -19,6 +19,8 @@ from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, ch
 from vision_s2r.translate import losses, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
+from vision_s2r.translate.range_picture import draw
+from vision_s2r.translate.widening import Widening
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -38,8 +40,13 @@ class Rcan(Method):
         validation_camera: CameraConfig,
         margin: int,
         depth_range: tuple[float, float],
+        widening: Widening | None = None,
     ):
-        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres."""
+        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
+
+        `widening`: whose ranges take the place of the camera's.
+        """
+        self._widening = widening
         self._cfg, self._margin, self._depth_range = cfg, margin, depth_range
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
@@ -55,6 +62,8 @@ class Rcan(Method):
             self.optimisers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = asdict(cfg) | {"heads": heads} | cameras
+        if widening is None:
+            del self.configuration["widening"]  # what is off shapes nothing
         self.normalisation = {"depth_range": list(depth_range)}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
@@ -65,7 +74,9 @@ class Rcan(Method):
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         cfg = self._cfg.loss
-        source, target = self._pair(batch, self._camera, step.generator)
+        if self._widening and self._widening.due(step):
+            self._probe(self._widening, step)
+        source, target = self._pair(batch, self._camera, self._drawn(batch, step))
         output = self.networks["unet"](source)
         terms = losses.supervised(cfg, output, target)
         if "discriminator" not in self.networks:
@@ -85,7 +96,7 @@ class Rcan(Method):
 
         Of the picture: l1, psnr (dB), ssim, and l1 of its object pixels alone (object_l1); intersection over union
         of the object class (object_iou); absolute errors of depth (depth_error, m) and of the places that the
-        rectifier samples (rectification_error, px).
+        rectifier samples (rectification_error, px). And of ranges that widen: width, entropy.
         """
         found: dict[str, list[Tensor]] = {}
         for indices in torch.arange(len(views)).split(CHUNK):
@@ -93,10 +104,15 @@ class Rcan(Method):
             for name, values in self._measure(self.networks["unet"](source), target).items():
                 found.setdefault(name, []).append(values.double().cpu())
         sums = {name: torch.cat(values).sum(0) for name, values in found.items()}
-        return {name: float(part / whole) for name, (part, whole) in sums.items()}
+        metrics = {name: float(part / whole) for name, (part, whole) in sums.items()}
+        if self._widening:
+            self._widening.note()
+            metrics |= self._widening.metrics()
+        return metrics
 
     def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
-        source, target = self._held_out(views, torch.arange(min(self._cfg.pictures, len(views))), generator)
+        indices = torch.arange(min(self._cfg.pictures, len(views)))
+        source, target = self._held_out(views, indices, generator)
         output = self.networks["unet"](source)
         columns = [source, output["canonical"], target["canonical"]]
         if "segmentation" in output:
@@ -104,13 +120,41 @@ class Rcan(Method):
             columns += [pictures.coloured(c) for c in classes]
         if "depth" in output:
             columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
-        return {"translation": pictures.grid(columns)}
+        found = {"translation": pictures.grid(columns)}
+        return found | ({"ranges": draw(self._widening)} if self._widening else {})
 
-    def _pair(self, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
+    def state(self) -> dict[str, Any]:
+        return self._widening.state() if self._widening else {}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        if self._widening:
+            self._widening.restore(state)
+
+    def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
+        """What the camera does to the pictures of a training step."""
+        count, size = batch["canonical"].shape[:2]
+        if self._widening:
+            return self._widening.sample(step, count, size)
+        return self._camera.sample(count, step.generator, size, size)
+
+    @torch.no_grad()
+    def _probe(self, widening: Widening, step: Step) -> None:
+        """Records what share of its accuracy the translator keeps at the ranges' boundaries, on held-out views."""
+        scenes, parameters, boundary = widening.probe(step)
+        batch = self._read(widening.views, scenes)
+        clean = self._errors(batch, CameraParameters.of({}, len(scenes)))
+        widening.ranges.record(boundary, (clean / self._errors(batch, parameters)).double().cpu().numpy())
+
+    def _errors(self, batch: Batch, parameters: CameraParameters) -> Tensor:
+        """Absolute error [B] of the canonical pictures, in which objects count as in the loss."""
+        source, target = self._pair(batch, self._camera, parameters)
+        error = (self.networks["unet"](source)["canonical"] - target["canonical"]).abs()
+        return (losses.weights(self._cfg.loss, target) * error).mean((1, 2, 3))
+
+    def _pair(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
         """The batch's source pictures as a camera sees them, float [B, 3, H, W] in [0, 1] without margin; targets."""
         images = to_float(batch["source"])
         size = batch["canonical"].shape[1]
-        parameters = camera.sample(len(images), generator, size, size)
         target = self._target(batch)
         if rectifies(self._cfg):
             truth = rectification.displacements(batch, parameters, size, POINTS)
@@ -127,11 +171,17 @@ class Rcan(Method):
 
     def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, and their targets."""
+        camera = self._validation_camera
+        return self._pair(
+            self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
+        )
+
+    def _read(self, views: ViewSource, indices: Tensor) -> Batch:
+        """Held-out views of the look that the validation camera has, on the device."""
         batch = {name: views.batch(name, indices) for name in needed(self._cfg)}
         held_out = views.batch(self._cfg.validate_on, indices)
         batch["source"] = held_out[:, 0] if self._cfg.validate_on == "randomised" else held_out
-        batch = {name: tensor.to(self.device) for name, tensor in batch.items()}
-        return self._pair(batch, self._validation_camera, generator)
+        return {name: tensor.to(self.device) for name, tensor in batch.items()}
 
     def _measure(self, output: Batch, target: Batch) -> Batch:
         """Each metric as [B, 2], numerator and denominator of the mean over all samples."""
@@ -202,7 +252,10 @@ def train_translator(
                 raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
-    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views))
+    widening = (
+        Widening(cfg.widening, Camera.from_config(camera), validation, seed, out) if cfg.widening.limits else None
+    )
+    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening)
     return train(method, views, validation, cfg.training, out, seed).best
 
 

@@ -11,6 +11,7 @@ from vision_s2r.camera.resample import convolve
 from vision_s2r.effects import Parameter
 
 _SUBPIXELS = 4  # a pixel's coverage is measured on so many points along each axis
+_SMALLEST = 0.25  # px: a disk that still covers some of these points
 
 
 @CAMERA_EFFECTS.register
@@ -37,5 +38,5 @@ def disk_kernels(radius: Tensor) -> Tensor:
     fine = torch.arange(size * _SUBPIXELS, dtype=radius.dtype, device=radius.device)
     position = (fine + 0.5) / _SUBPIXELS - size / 2
     distance = torch.hypot(position[:, None], position)
-    inside = ((radius[:, None, None] - distance) * _SUBPIXELS + 0.5).clamp(0, 1)
+    inside = ((radius.clamp(min=_SMALLEST)[:, None, None] - distance) * _SUBPIXELS + 0.5).clamp(0, 1)
     return inside.reshape(-1, size, _SUBPIXELS, size, _SUBPIXELS).mean((2, 4))
