@@ -20,11 +20,11 @@ from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
-from vision_s2r.evaluate.statistics import Bootstrap, Estimate
 from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
 from vision_s2r.pipeline import render_sets, test_scene, training_sets
 from vision_s2r.render import Views
+from vision_s2r.statistics import Bootstrap, Estimate
 from vision_s2r.translate import train_translator
 
 log = logging.getLogger(__name__)

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from vision_s2r.evaluate.statistics import wilson
 from vision_s2r.files import write_figure
+from vision_s2r.statistics import wilson
 
 LABELS = {
     "before": "before",

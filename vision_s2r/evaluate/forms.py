@@ -6,11 +6,11 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vision_s2r.evaluate.statistics import wilson
 from vision_s2r.grasp.compare import compare_forms
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render import Views
 from vision_s2r.scene import SceneConfig, attempt
+from vision_s2r.statistics import wilson
 
 FORMS = ("crop", "dense", "trunk")
 MINUTES = 2.0  # of training for each

@@ -18,8 +18,8 @@ from vision_s2r.evaluate.cells import Cell
 from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.scenes import Scenes
-from vision_s2r.evaluate.statistics import Bootstrap, Estimate, mcnemar, wilson
 from vision_s2r.files import write
+from vision_s2r.statistics import Bootstrap, Estimate, mcnemar, wilson
 
 FORMAT = "vision-s2r/transfer-table/1"
 VERSIONS = ("vision-s2r", "pybullet", "torch", "numpy")

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from vision_s2r.evaluate import statistics
-from vision_s2r.evaluate.statistics import Bootstrap, mcnemar, wilson
+from vision_s2r import statistics
+from vision_s2r.statistics import Bootstrap, mcnemar, wilson
 
 
 def test_wilson_by_hand():
