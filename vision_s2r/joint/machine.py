@@ -2,12 +2,13 @@
 
 import math
 from collections import namedtuple
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vision_s2r.effects import Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.joint import effects as _effects  # noqa: F401  (fills the registry)
 from vision_s2r.joint.effect import JOINT_EFFECTS
@@ -78,6 +79,27 @@ def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndar
         for parameter, value in effect.check(given).items():
             row[_INDEX[name if name in DYNAMICS else f"{name}.{parameter}"]] = value
     return row
+
+
+def pack_many(nominal: Nominal, values: Mapping[str, Mapping[str, np.ndarray]], count: int) -> np.ndarray:
+    """Rows [count, P] as `pack` makes them, each parameter an array [count].
+
+    Raises UserError for a name that is not known, or a value out of bounds.
+    """
+    rows = np.repeat(pack(nominal, {})[None], count, axis=0)
+    for name, given in values.items():
+        effect = JOINT_EFFECTS[name]
+        for extreme in (np.min, np.max):
+            effect.check({key: _extreme(effect.parameter(key), value, extreme) for key, value in given.items()})
+        for key, value in given.items():
+            rows[:, _INDEX[name if name in DYNAMICS else f"{name}.{key}"]] = value
+    return rows
+
+
+def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndarray], Any]) -> float:
+    """The smallest or largest of the values that are not neutral."""
+    switched_on = value[value != parameter.neutral]
+    return float(extreme(switched_on if len(switched_on) else value))
 
 
 def check(machines: np.ndarray) -> None:

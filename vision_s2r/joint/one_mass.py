@@ -13,6 +13,9 @@ from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import Log, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 
+State = tuple[float, float, float, float]  # position, velocity, and weight and other torque as the last step had them
+Paths = tuple[tuple[Glide, Glide], tuple[Glide, Glide]]
+
 
 @compiled
 def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
@@ -20,39 +23,68 @@ def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log
     whole, fraction = split_delay(machine.latency_delay, log.sample_time)
     counts, steps = segments(fraction, log.sample_time, log.substeps)
     paths = glides(machine, 0.5 * log.sample_time, machine.inertia, steps)
-    position, velocity = log.first[0], log.first[1]
-    weight = weight_at(machine, velocity)
-    other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
+    state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
     fast = not needs_velocity(machine, tables)
     for k in range(len(out)):
+        position, velocity, weight, other = state
         out[k, 0], out[k, 1] = position, velocity
         if log.leak > 0:
             position += correction(log.leak, log.observed[k, 0], position)
             velocity += correction(log.leak, log.observed[k, 1], velocity)
+            state = (position, velocity, weight, other)
         time = k * log.sample_time
         if machine.thermal_drift_rate != 0:
             paths = glides(machine, time + 0.5 * log.sample_time, machine.inertia, steps)
-        for segment in range(2):
-            current = sent(log.command, k - whole - 1 + segment)
-            step = steps[segment]
-            ahead, back = paths[segment]
-            for _ in range(counts[segment]):
-                position, velocity, weight, other = _step(
-                    machine,
-                    tables,
-                    heights,
-                    position,
-                    velocity,
-                    weight,
-                    other,
-                    current,
-                    time + 0.5 * step,
-                    ahead,
-                    back,
-                    step,
-                    fast,
-                )
-                time += step
+        currents = (sent(log.command, k - whole - 1), sent(log.command, k - whole))
+        state = one_mass_sample(machine, tables, heights, state, currents, time, counts, steps, paths, fast)
+
+
+@compiled
+def one_mass_start(
+    machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
+) -> State:
+    """The state of a joint that nothing has moved yet."""
+    other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
+    return position, velocity, weight_at(machine, velocity), other
+
+
+@compiled
+def one_mass_sample(
+    machine: Machine,
+    tables: np.ndarray,
+    heights: np.ndarray,
+    state: State,
+    currents: tuple[float, float],  # before and after the command changes within the sample
+    time: float,  # at the start of the sample
+    counts: tuple[int, int],
+    steps: tuple[float, float],
+    paths: Paths,
+    fast: bool,  # no torque needs the velocity in the middle of the step
+) -> State:
+    """The state a sample later."""
+    position, velocity, weight, other = state
+    for segment in range(2):
+        current = currents[segment]
+        step = steps[segment]
+        ahead, back = paths[segment]
+        for _ in range(counts[segment]):
+            position, velocity, weight, other = _step(
+                machine,
+                tables,
+                heights,
+                position,
+                velocity,
+                weight,
+                other,
+                current,
+                time + 0.5 * step,
+                ahead,
+                back,
+                step,
+                fast,
+            )
+            time += step
+    return position, velocity, weight, other
 
 
 @compiled

@@ -148,7 +148,8 @@ def _compile(sources: str) -> Callable[..., Any]:
     return kernel
 
 
-def _digest() -> str:
+def digest() -> str:
+    """Of all the code in this room."""
     folder = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(folder.rglob("*.py")):
@@ -156,4 +157,4 @@ def _digest() -> str:
     return digest.hexdigest()
 
 
-_kernel = _compile(_digest())
+_kernel = _compile(digest())

@@ -10,8 +10,14 @@ from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import Log, correction, segments, sent
 from vision_s2r.joint.machine import Machine
-from vision_s2r.joint.play import play_step, play_velocity
+from vision_s2r.joint.one_mass import Paths
+from vision_s2r.joint.play import State, play_step, play_velocity
 from vision_s2r.joint.spring import spring_responses, spring_step, spring_velocity
+
+RESPONSES = (2, 4, 4, 5)  # the shape of what a spring does, in either segment of a sample
+
+Masses = tuple[State, float, float]  # and weight and other torque as the last step had them
+MassPaths = tuple[tuple[float, float], Paths, Paths]  # damping, and motion of both masses together, of one alone
 
 
 @compiled
@@ -22,55 +28,103 @@ def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: L
     """
     whole, fraction = split_delay(machine.latency_delay, log.sample_time)
     counts, steps = segments(fraction, log.sample_time, log.substeps)
-    sprung = machine.compliance_stiffness < math.inf
-    responses = np.empty((2, 4, 4, 5))
-    if sprung:
-        spring_responses(machine, steps[0], responses[0])
-        spring_responses(machine, steps[1], responses[1])
-    state = (log.first[1], log.first[1], 0.0, log.first[0], 0.0)
-    weight = weight_at(machine, log.first[1])
-    other = on_motor(machine, tables, heights, log.first[0], log.first[1], 0.0)
+    responses = np.empty(RESPONSES)
+    if sprung(machine):
+        two_masses_responses(machine, steps, responses)
+    masses = two_masses_start(machine, tables, heights, log.first[0], log.first[1])
+    paths = two_masses_paths(machine, 0.5 * log.sample_time, steps)
     fast = not needs_velocity(machine, tables)
     for k in range(len(out)):
-        v_motor, v_load, twist, position, side = state
+        (v_motor, v_load, twist, position, side), weight, other = masses
         out[k, 0], out[k, 1] = position, v_load
         if log.leak > 0:
             position += correction(log.leak, log.observed[k, 0], position)
             change = correction(log.leak, log.observed[k, 1], v_load)
-            state = (v_motor + change, v_load + change, twist, position, side)
+            masses = ((v_motor + change, v_load + change, twist, position, side), weight, other)
         time = k * log.sample_time
-        if k == 0 or machine.thermal_drift_rate != 0:
-            midway = time + 0.5 * log.sample_time
-            damping = (viscous(machine, 1.0, midway), viscous(machine, -1.0, midway))
-            joined = glides(machine, midway, machine.inertia, steps)
-            alone = glides(machine, midway, half(machine.inertia), steps)
-        for segment in range(2):
-            current = sent(log.command, k - whole - 1 + segment)
-            step = steps[segment]
-            for _ in range(counts[segment]):
-                v_motor, v_load, twist, position, side = state
-                middle = v_motor
-                if not fast:
-                    motor = commanded(machine, current, v_motor)
-                    load = on_load(machine, position)
-                    if sprung:
-                        spring = responses[segment]
-                        ahead = spring_velocity(machine, state, weight, motor, motor + other, load, damping, spring)
-                    else:
-                        ahead = play_velocity(
-                            machine, state, weight, motor, motor + other, load, joined[segment], alone[segment], step
-                        )
-                    middle = 0.5 * (v_motor + ahead)
-                    weight = weight_at(machine, middle)
-                motor = commanded(machine, current, middle)
-                shaft = position + twist + 0.5 * step * middle
-                other = on_motor(machine, tables, heights, shaft, middle, time + 0.5 * step)
-                load = on_load(machine, position + 0.5 * step * v_load)
-                if sprung:
+        if machine.thermal_drift_rate != 0:
+            paths = two_masses_paths(machine, time + 0.5 * log.sample_time, steps)
+        currents = (sent(log.command, k - whole - 1), sent(log.command, k - whole))
+        masses = two_masses_sample(
+            machine, tables, heights, masses, currents, time, counts, steps, paths, responses, fast
+        )
+
+
+@compiled
+def sprung(machine: Machine) -> bool:
+    """Whether a spring divides motor and load."""
+    return machine.compliance_stiffness < math.inf
+
+
+@compiled
+def two_masses_responses(machine: Machine, steps: tuple[float, float], out: np.ndarray) -> None:
+    """What the spring does in a step of either segment, into `out` RESPONSES."""
+    spring_responses(machine, steps[0], out[0])
+    spring_responses(machine, steps[1], out[1])
+
+
+@compiled
+def two_masses_start(
+    machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
+) -> Masses:
+    """The state of a joint that nothing has moved yet: in the middle of its play, its spring untwisted."""
+    other = on_motor(machine, tables, heights, position, velocity, 0.0)
+    return (velocity, velocity, 0.0, position, 0.0), weight_at(machine, velocity), other
+
+
+@compiled
+def two_masses_paths(machine: Machine, time: float, steps: tuple[float, float]) -> MassPaths:
+    """What viscous damping is, and what it makes of motion, about this time."""
+    damping = (viscous(machine, 1.0, time), viscous(machine, -1.0, time))
+    joined = glides(machine, time, machine.inertia, steps)
+    return damping, joined, glides(machine, time, half(machine.inertia), steps)
+
+
+@compiled
+def two_masses_sample(
+    machine: Machine,
+    tables: np.ndarray,
+    heights: np.ndarray,
+    masses: Masses,
+    currents: tuple[float, float],  # before and after the command changes within the sample
+    time: float,  # at the start of the sample
+    counts: tuple[int, int],
+    steps: tuple[float, float],
+    paths: MassPaths,
+    responses: np.ndarray,
+    fast: bool,  # no torque needs the velocity in the middle of the step
+) -> Masses:
+    """The state a sample later."""
+    state, weight, other = masses
+    damping, joined, alone = paths
+    for segment in range(2):
+        current = currents[segment]
+        step = steps[segment]
+        for _ in range(counts[segment]):
+            v_motor, v_load, twist, position, _ = state
+            middle = v_motor
+            if not fast:
+                motor = commanded(machine, current, v_motor)
+                load = on_load(machine, position)
+                if sprung(machine):
                     spring = responses[segment]
-                    state = spring_step(machine, state, weight, motor, motor + other, load, damping, spring, step)
+                    ahead = spring_velocity(machine, state, weight, motor, motor + other, load, damping, spring)
                 else:
-                    state = play_step(
+                    ahead = play_velocity(
                         machine, state, weight, motor, motor + other, load, joined[segment], alone[segment], step
                     )
-                time += step
+                middle = 0.5 * (v_motor + ahead)
+                weight = weight_at(machine, middle)
+            motor = commanded(machine, current, middle)
+            shaft = position + twist + 0.5 * step * middle
+            other = on_motor(machine, tables, heights, shaft, middle, time + 0.5 * step)
+            load = on_load(machine, position + 0.5 * step * v_load)
+            if sprung(machine):
+                spring = responses[segment]
+                state = spring_step(machine, state, weight, motor, motor + other, load, damping, spring, step)
+            else:
+                state = play_step(
+                    machine, state, weight, motor, motor + other, load, joined[segment], alone[segment], step
+                )
+            time += step
+    return state, weight, other

@@ -1,0 +1,250 @@
+"""Many joints stepped together, a sample at a time: what a controller that looks and then commands needs."""
+
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numba
+import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
+from vision_s2r.errors import UserError
+from vision_s2r.joint.drive import glides, needs_velocity, steady
+from vision_s2r.joint.effects.latency import split_delay
+from vision_s2r.joint.log import segments
+from vision_s2r.joint.machine import COLUMNS, Machine, check
+from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.simulate import STEP, digest
+from vision_s2r.joint.tables import Tables
+from vision_s2r.joint.two_masses import (
+    RESPONSES,
+    sprung,
+    two_masses_paths,
+    two_masses_responses,
+    two_masses_sample,
+    two_masses_start,
+)
+
+WORTH_THREADS = 4096  # joints; less than this is over before a second thread has woken
+
+_WIDTH = len(COLUMNS)
+_DELAY = COLUMNS.index("latency.delay")
+_STIFFNESS = COLUMNS.index("compliance.stiffness")
+_STATE = 7  # position and velocity of the load, weight, other torque, velocity of the motor, twist, side
+
+
+class Joints:
+    """N joints, each a machine of its own with its own clock.
+
+    `step(command)` holds a command [N] for a sample and returns what the encoders show then; `reset` gives some of
+    them new machines and states. Under the same commands the states are those of `simulate`, to rounding. An
+    encoder that counts shows the difference of its last two positions as velocity, since a controller cannot look
+    ahead as a log's central difference does.
+
+    machines [N, P]   rows of `pack`
+    sample_time       s between commands: one for all, or one a joint [N]
+    first [N, 2]      position and velocity to begin with, 0 by default
+
+    Raises UserError for shapes that do not fit, and machines that cannot be.
+    """
+
+    def __init__(
+        self,
+        machines: np.ndarray,
+        sample_time: float | np.ndarray,
+        first: np.ndarray | None = None,
+    ) -> None:
+        count = len(machines)
+        self._sample_time = np.empty(count)
+        self._substeps = np.empty(count, np.int64)
+        self._layout = Tables().array()
+        self._machines = np.zeros((count, _WIDTH))
+        self._states = np.zeros((count, _STATE))
+        self._samples = np.zeros(count, np.int64)  # since each was reset
+        self._sent = np.zeros((count, 0))  # a ring of the last commands, as long as the longest latency
+        self._responses = np.zeros((1, *RESPONSES))  # one a joint, once one of them has a spring
+        self._shown = np.zeros((count, 2))
+        threads = len(os.sched_getaffinity(0)) if count >= WORTH_THREADS else 1
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+        self._threads = threads
+        self.reset(np.arange(count), machines, np.zeros((count, 2)) if first is None else first, sample_time)
+
+    def __len__(self) -> int:
+        return len(self._machines)
+
+    @property
+    def shown(self) -> np.ndarray:
+        """Position and velocity [N, 2] that the encoders show now."""
+        return self._shown.copy()
+
+    @property
+    def time(self) -> np.ndarray:
+        """Seconds [N] since each joint was reset."""
+        return self._samples * self._sample_time
+
+    @property
+    def true(self) -> np.ndarray:
+        """Position and velocity [N, 2] of the loads, whatever the encoders show."""
+        return self._states[:, :2].copy()
+
+    def reset(
+        self,
+        which: np.ndarray,
+        machines: np.ndarray,
+        first: np.ndarray,
+        sample_time: float | np.ndarray | None = None,
+    ) -> None:
+        """Joints `which` [K] become `machines` [K, P] that have done nothing yet, in state `first` [K, 2].
+
+        `sample_time` [K], or one for all of them, changes theirs.
+        """
+        if machines.shape != (len(which), _WIDTH) or first.shape != (len(which), 2):
+            shapes = f"{(len(which), _WIDTH)} and {(len(which), 2)}"
+            raise UserError(f"machines are {machines.shape} and states {first.shape}, expected {shapes}")
+        check(machines)
+        if sample_time is not None:
+            seconds = np.broadcast_to(sample_time, which.shape)
+            if not (np.all(seconds > 0) and np.all(np.isfinite(seconds))):
+                raise UserError(f"sample_time is {sample_time}, expected seconds, more than 0")
+            self._sample_time[which] = seconds
+            self._substeps[which] = np.maximum(np.ceil(seconds / STEP - 1e-9), 1)
+        if len(self._responses) < len(self) and (machines[:, _STIFFNESS] < math.inf).any():
+            self._responses = np.zeros((len(self), *RESPONSES))
+        self._machines[which] = machines
+        self._remember(int((machines[:, _DELAY] / self._sample_time[which]).max(initial=0.0)) + 2)
+        self._samples[which] = 0
+        self._sent[which] = 0.0
+        self._states[which, :2] = first
+        _start(
+            self._machines,
+            np.require(which, np.int64),
+            self._layout,
+            self._sample_time,
+            self._substeps,
+            self._states,
+            self._responses,
+            self._shown,
+        )
+
+    def _remember(self, commands: int) -> None:
+        """Make the ring at least so long; the joints that go on keep theirs."""
+        before = self._sent.shape[1]
+        if commands <= before:
+            return
+        ring = np.zeros((len(self), commands))
+        joint, back = np.indices((len(self), before))
+        sample = self._samples[:, None] - 1 - back
+        known = sample >= 0
+        ring[joint[known], sample[known] % commands] = self._sent[joint[known], sample[known] % before]
+        self._sent = ring
+
+    def step(self, command: np.ndarray) -> np.ndarray:
+        """Hold `command` [N] (A, or N·m) for a sample; positions and velocities [N, 2] that the encoders show then."""
+        if command.shape != (len(self),):
+            raise UserError(f"command is {command.shape}, expected {(len(self),)}")
+        command = np.require(command, np.float64, "C")
+
+        def share(k: int) -> None:
+            _advance(
+                self._machines, self._samples, self._sent, command, self._layout, self._sample_time, self._substeps,
+                self._states, self._responses, self._shown, k, self._threads,
+            )  # fmt: skip
+
+        if self._pool is None:
+            share(0)
+        else:
+            list(self._pool.map(share, range(self._threads)))
+        return self._shown.copy()
+
+
+def _compile(sources: str) -> tuple[Any, Any]:
+    """The kernels; `sources` is part of what numba's cache knows them by."""
+
+    @numba.njit(nogil=True, error_model="numpy", cache=True)
+    def start(
+        machines: np.ndarray,
+        which: np.ndarray,
+        layout: np.ndarray,
+        sample_times: np.ndarray,
+        substeps: np.ndarray,
+        states: np.ndarray,
+        responses: np.ndarray,
+        shown: np.ndarray,
+    ) -> None:
+        sources  # noqa: B018
+        none = np.empty(0)
+        for n in which:
+            machine = Machine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            position, velocity = states[n, 0], states[n, 1]
+            if machine.backlash_width == 0 and not sprung(machine):
+                _, _, weight, other = one_mass_start(machine, layout, none, position, velocity)
+            else:
+                _, weight, other = two_masses_start(machine, layout, none, position, velocity)
+            if sprung(machine):
+                _, fraction = split_delay(machine.latency_delay, sample_times[n])
+                steps = segments(fraction, sample_times[n], substeps[n])[1]
+                two_masses_responses(machine, steps, responses[n])
+            states[n, 2], states[n, 3] = weight, other
+            states[n, 4], states[n, 5], states[n, 6] = velocity, 0.0, 0.0
+            resolution = machine.encoder_quantization_resolution
+            shown[n, 0], shown[n, 1] = position, velocity
+            if resolution > 0:
+                shown[n, 0] = resolution * math.floor(position / resolution + 0.5)
+
+    @numba.njit(nogil=True, error_model="numpy", cache=True)
+    def advance(
+        machines: np.ndarray,
+        samples: np.ndarray,
+        sent: np.ndarray,
+        command: np.ndarray,
+        layout: np.ndarray,
+        sample_times: np.ndarray,
+        substeps: np.ndarray,
+        states: np.ndarray,
+        responses: np.ndarray,
+        shown: np.ndarray,
+        share: int,
+        shares: int,
+    ) -> None:
+        sources  # noqa: B018
+        none = np.empty(0)
+        ring = sent.shape[1]
+        count = len(machines)
+        for n in range(share * count // shares, (share + 1) * count // shares):
+            machine = Machine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            k, sample_time = samples[n], sample_times[n]
+            sent[n, k % ring] = command[n]
+            whole, fraction = split_delay(machine.latency_delay, sample_time)
+            before = sent[n, (k - whole - 1) % ring] if k > whole else 0.0
+            currents = (before, sent[n, (k - whole) % ring] if k >= whole else 0.0)
+            time = k * sample_time
+            fast = not needs_velocity(machine, layout)
+            state = states[n]
+            if machine.backlash_width == 0 and not sprung(machine):
+                counts, steps = segments(fraction, sample_time, 1 if steady(machine, none) else substeps[n])
+                paths = glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
+                one = (state[0], state[1], state[2], state[3])
+                one = one_mass_sample(machine, layout, none, one, currents, time, counts, steps, paths, fast)
+                state[0], state[1], state[2], state[3] = one
+            else:
+                counts, steps = segments(fraction, sample_time, substeps[n])
+                both = two_masses_paths(machine, time + 0.5 * sample_time, steps)
+                masses = ((state[4], state[1], state[5], state[0], state[6]), state[2], state[3])
+                response = responses[n if sprung(machine) else 0]
+                (state[4], state[1], state[5], state[0], state[6]), state[2], state[3] = two_masses_sample(
+                    machine, layout, none, masses, currents, time, counts, steps, both, response, fast
+                )
+            samples[n] = k + 1
+            resolution = machine.encoder_quantization_resolution
+            if resolution > 0:
+                position = resolution * math.floor(state[0] / resolution + 0.5)
+                shown[n, 1] = (position - shown[n, 0]) / sample_time
+                shown[n, 0] = position
+            else:
+                shown[n, 0], shown[n, 1] = state[0], state[1]
+
+    return start, advance
+
+
+_start, _advance = _compile(digest())
