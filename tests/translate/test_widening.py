@@ -17,7 +17,7 @@ from vision_s2r.training.checkpoint import load, load_state
 from vision_s2r.training.data import generator
 from vision_s2r.translate import TranslateConfig, train_translator
 from vision_s2r.translate.config import WideningConfig
-from vision_s2r.translate.widening import Widening, dimensions
+from vision_s2r.translate.widening import Widening, camera_dimensions
 
 CAMERA = CameraConfig(
     effects={
@@ -136,7 +136,7 @@ def test_limits_that_cannot_be_are_named(tmp_path: Path, limits: dict[str, Any],
 def test_the_preset_widens_every_parameter_that_switches_an_effect_beyond_the_hand_picked_range() -> None:
     file = OmegaConf.load(CONFIGS / "translate" / "automatic.yaml")
     camera = Camera.from_config(load_config(CONFIGS / "camera" / "augment.yaml"))
-    found = dimensions(OmegaConf.to_container(file.widening.limits), camera)
+    found = camera_dimensions(OmegaConf.to_container(file.widening.limits), camera)
     switches = {(e.name, p.name) for e in CAMERA_EFFECTS for p in e.parameters if p.neutral is not None}
     assert {(each.effect, each.parameter) for each in found} == switches
     for each in found:

@@ -3,7 +3,7 @@
 Or a policy's performance in, and ranges that widen with it.
 """
 
-from vision_s2r.randomize.automatic import AutomaticConfig, AutomaticRandomisation, Dimension, Draw
+from vision_s2r.randomize.automatic import AutomaticConfig, AutomaticRandomisation, Dimension, Draw, dimensions
 from vision_s2r.randomize.distribution import (
     Box,
     Distribution,
@@ -27,6 +27,7 @@ __all__ = [
     "Range",
     "Samples",
     "Values",
+    "dimensions",
     "effect_ranges",
     "load_distribution",
     "sample_at",

@@ -13,7 +13,7 @@ import numpy as np
 
 from vision_s2r.effects import Parameter, Registry
 from vision_s2r.errors import UserError
-from vision_s2r.randomize.distribution import Samples
+from vision_s2r.randomize.distribution import Samples, Values
 from vision_s2r.randomize.ranges import Range
 
 DIGITS = 12  # of positions: so many steps out and back end where they began
@@ -204,6 +204,28 @@ class AutomaticRandomisation:
         """What positions mean: name, lower and upper limit, and where the nominal point lies between them."""
         zipped = zip(self.dimensions, self._nominal, strict=True)
         return [[each.name, float(each.low), float(each.high), float(nominal)] for each, nominal in zipped]
+
+
+def dimensions(
+    limits: Mapping[str, Mapping[str, Any]], registry: Registry[Any], nominal: Values, where: str
+) -> list[Dimension]:
+    """A dimension for each [low, high] of `limits`, by effect and parameter, from its nominal value on.
+
+    `nominal` is by effect and parameter; what it lacks is neutral. Raises UserError, which begins with `where`, for
+    what has neither, and limits that are no pair of the parameter's values.
+    """
+    found = []
+    for name, given in limits.items():
+        effect = registry[name]
+        for key, pair in given.items():
+            value = nominal.get(name, {}).get(key, effect.parameter(key).neutral)
+            if value is None:
+                raise UserError(f"{where}: {name}.{key} has no neutral value to begin at, expected no limits for it")
+            if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
+                raise UserError(f"{where}: {name}.{key} is {pair!r}, expected [low, high]")
+            low, high = (effect.parameter(key).check(end, f"{where}: {name}") for end in pair)
+            found.append(Dimension(name, key, value, low, high))
+    return found
 
 
 def _check(config: AutomaticConfig, dimensions: Sequence[Dimension]) -> None:

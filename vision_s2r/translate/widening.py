@@ -7,7 +7,7 @@ few steps the translator is measured at their boundaries, on views that it is no
 import csv
 import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from torch import Tensor
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
-from vision_s2r.randomize import AutomaticConfig, AutomaticRandomisation, Dimension
+from vision_s2r.randomize import AutomaticConfig, AutomaticRandomisation, Dimension, dimensions
 from vision_s2r.training import Step, ViewSource
 from vision_s2r.training.data import PROBE, generator
 from vision_s2r.translate.config import WideningConfig
@@ -41,7 +41,7 @@ class Widening:
         automatic = AutomaticConfig(
             cfg.buffer, cfg.threshold_high, cfg.threshold_low, cfg.step, boundary_probability=1.0
         )
-        self.ranges = AutomaticRandomisation(dimensions(cfg.limits, camera), CAMERA_EFFECTS, automatic, seed)
+        self.ranges = AutomaticRandomisation(camera_dimensions(cfg.limits, camera), CAMERA_EFFECTS, automatic, seed)
         self.history: list[dict[str, float]] = []  # at each validation: step, width, entropy, ranges by name
         self._steps = 0
 
@@ -97,24 +97,12 @@ class Widening:
         self.history, self._steps = list(state["history"]), state["steps"]
 
 
-def dimensions(limits: Mapping[str, Mapping[str, Any]], camera: Camera) -> list[Dimension]:
-    """A dimension for each limit by effect and parameter, from its neutral value on.
-
-    Raises UserError for an effect or a parameter that is none, or that the camera has not, or has no neutral value.
-    """
-    found = []
-    for name, given in limits.items():
-        effect = CAMERA_EFFECTS[name]
+def camera_dimensions(limits: Mapping[str, Mapping[str, Any]], camera: Camera) -> list[Dimension]:
+    """A dimension for each limit; UserError for an effect that the camera has not, and limits that cannot be."""
+    found = dimensions(limits, CAMERA_EFFECTS, {}, WHERE)
+    for name in limits:
         if name not in camera.ranges:
             raise UserError(f"{WHERE}: the camera has no {name}: {nearest(name, camera.ranges)}")
-        for key, pair in given.items():
-            neutral = effect.parameter(key).neutral
-            if neutral is None:
-                raise UserError(f"{WHERE}: {name}.{key} has no neutral value to begin at, expected no limits for it")
-            if not isinstance(pair, Sequence) or isinstance(pair, str) or len(pair) != 2:
-                raise UserError(f"{WHERE}: {name}.{key} is {pair!r}, expected [low, high]")
-            low, high = (effect.parameter(key).check(end, f"{WHERE}: {name}") for end in pair)
-            found.append(Dimension(name, key, neutral, low, high))
     return found
 
 
