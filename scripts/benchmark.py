@@ -1,7 +1,8 @@
-"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp|joint [KEY=VALUE …]`."""
+"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp|joint|control [KEY=VALUE …]`."""
 
 from vision_s2r.cli import choose, compose
 from vision_s2r.config import Config
+from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
 from vision_s2r.joint import benchmark as joint_benchmark
 from vision_s2r.render import Views
@@ -26,5 +27,10 @@ def joint(overrides: list[str]) -> None:
     joint_benchmark.run(compose(Config, overrides=overrides).seed)
 
 
+def control(overrides: list[str]) -> None:
+    """Steps a second of the speed-tracking environment, against a Python loop of one joint."""
+    control_benchmark.run(compose(Config, overrides=overrides).seed)
+
+
 if __name__ == "__main__":
-    choose("benchmark", {"render": render, "grasp": grasp, "joint": joint})
+    choose("benchmark", {"render": render, "grasp": grasp, "joint": joint, "control": control})

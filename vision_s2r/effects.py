@@ -110,6 +110,12 @@ class Registry(Generic[E]):
         self._effects[effect.name] = effect()
         return effect
 
+    def __or__(self, other: "Registry[Any]") -> "Registry[Any]":
+        """The effects of both, these first."""
+        both: Registry[Any] = Registry(self.kind)
+        both._effects = {**self._effects, **other._effects}
+        return both
+
     def __getitem__(self, name: str) -> E:
         if name not in self._effects:
             raise UserError(f"no {self.kind} effect is called '{name}': {nearest(name, self._effects)}")

@@ -1,0 +1,136 @@
+"""Policies: that they learn, that nothing of a training is lost, and what is said of files that do not fit."""
+
+import shutil
+
+import numpy as np
+import pytest
+from safetensors.torch import load_file
+
+from vision_s2r.cli import compose
+from vision_s2r.control import Drawn, Given, Policy, Widening, track, train, training
+from vision_s2r.control.ablate import ablate
+from vision_s2r.control.config import ControlConfig, JointConfig, TaskConfig, TrainingConfig
+from vision_s2r.control.effects import CONTROL_EFFECTS
+from vision_s2r.control.follow import follow
+from vision_s2r.control.training_jobs import box_of
+from vision_s2r.control.widen import automatic, widen, widening
+from vision_s2r.errors import UserError
+from vision_s2r.joint import Nominal
+from vision_s2r.randomize import Box
+
+NOMINAL = Nominal(**vars(JointConfig()))
+BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "coulomb_friction": {"value": [0.01, 0.06]}}, CONTROL_EFFECTS)
+SHORT = TaskConfig(targets=5, hold=0.2)
+LITTLE = TrainingConfig(envs=16, steps=4800, rollout=50, batch=400, epochs=2)
+
+
+def debug(out, *overrides):
+    return compose(ControlConfig, "control", ["control=debug", f"out={out}", *overrides])
+
+
+def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
+    task, hold = TaskConfig(), TrainingConfig(envs=64, steps=250_000, batch=1000)
+    policy = Policy.load(train(task, NOMINAL, Drawn(BOX), 4, hold, tmp_path, 0), task)
+    truth = {"viscous_damping": {"value": np.array([0.15, 0.08, 0.2])}, "coulomb_friction": {"value": 0.05}}
+    errors = track(policy, task, NOMINAL, Given(truth), np.tile([[5.0, -3.0, 8.0]], (3, 1)))
+    assert abs(errors).max() < 0.15  # of the open-loop inverse it is 0.37 and more
+    assert (tmp_path / "progress.csv").read_text().startswith("step,reached,median_error\n64000,")
+
+
+@pytest.mark.parametrize("kind", ["drawn", "widening"])
+def test_an_interrupted_training_goes_on_as_if_nothing_had_been(tmp_path, monkeypatch, kind):
+    cfg = debug(tmp_path)
+
+    def machines():
+        return Drawn(BOX) if kind == "drawn" else widening(cfg, 0)
+
+    whole = train(SHORT, NOMINAL, machines(), 2, LITTLE, tmp_path / "whole", 0)
+    steps = iter(range(1000))
+    monkeypatch.setattr(training._Progress, "_on_step", lambda _: _interrupt() if next(steps) == 170 else True)
+    with pytest.raises(KeyboardInterrupt):
+        train(SHORT, NOMINAL, machines(), 2, LITTLE, tmp_path / "parts", 0)
+    monkeypatch.undo()
+    parts = train(SHORT, NOMINAL, machines(), 2, LITTLE, tmp_path / "parts", 0)
+    for name, tensor in load_file(whole).items():
+        np.testing.assert_array_equal(tensor, load_file(parts)[name], err_msg=name)
+    assert (tmp_path / "whole/progress.csv").read_text() == (tmp_path / "parts/progress.csv").read_text()
+    assert training.machines_of(tmp_path / "whole") == training.machines_of(tmp_path / "parts")
+
+
+def _interrupt():
+    raise KeyboardInterrupt
+
+
+def test_ranges_widen_while_the_policy_reaches_its_targets_and_shrink_back_when_it_does_not(tmp_path):
+    reached = 25.0
+    source = Widening(automatic(debug(tmp_path), 0), lambda policy, values, seed: np.full(64, reached), 64, 2, 50)
+    for _ in range(20):
+        source.updated(None)
+    assert len(source.history) == 10
+    low, high = source.history[-1]["ranges"]["viscous_damping"]["value"]
+    assert low < 0.1 < high and np.isfinite(source.history[-1]["entropy"])
+    drawn = source.draw(500, np.random.default_rng(0))["viscous_damping"]["value"]
+    assert low <= drawn.min() < drawn.max() <= high
+    reached = 5.0
+    for _ in range(30):
+        source.updated(None)
+    assert source.history[-1]["ranges"]["viscous_damping"]["value"] == [0.1, 0.1]
+    for _ in range(10):  # beyond the last update that may move them
+        source.updated(None)
+    assert len(source.history) == 25
+
+
+def test_a_training_with_other_settings_is_not_taken_for_this_one(tmp_path):
+    little = TrainingConfig(**{**vars(LITTLE), "steps": 800})
+    train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0)
+    assert train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0).exists()
+    other = Box.of({"viscous_damping": {"value": [0.05, 0.3]}}, CONTROL_EFFECTS)
+    with pytest.raises(UserError, match=r"holds a training with other settings \(machines\), expected another out="):
+        train(SHORT, NOMINAL, Drawn(other), 2, little, tmp_path, 0)
+
+
+def test_a_policy_file_that_does_not_fit_is_said_in_one_line(tmp_path):
+    path = train(SHORT, NOMINAL, Drawn(BOX), 2, TrainingConfig(**{**vars(LITTLE), "steps": 800}), tmp_path, 0)
+    with pytest.raises(UserError, match=r"policy.safetensors: made for task.highest=8.0, expected 9"):
+        Policy.load(path, TaskConfig(highest=9.0))
+    broken = tmp_path / "broken.safetensors"
+    shutil.copy(path, broken)
+    _tamper(broken, b'\\"history\\": 2', b'\\"history\\": 4')
+    with pytest.raises(UserError, match=r"broken.safetensors: tensor 'network.0.weight' is \(32, 6\).*\(32, 10\)"):
+        Policy.load(broken, TaskConfig())
+
+
+def _tamper(path, old, new):
+    content = path.read_bytes()
+    assert old in content
+    path.write_bytes(content.replace(old, new))
+
+
+@pytest.mark.parametrize("experiment", [follow, ablate, widen])
+def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
+    picture = experiment(debug(tmp_path))
+    assert picture.stat().st_size > 10_000
+    assert picture.with_suffix(".json").exists()
+
+
+@pytest.mark.parametrize(
+    ("overrides", "line"),
+    [
+        (
+            ["policies.randomised.effects.viscous_damping.value=[0.2,0.1]"],
+            r"value is \[0.2, 0.1\], expected low before",
+        ),
+        (["+policies.default.effects.backlsh.width=0.1"], "'backlsh'.*backlash"),
+        (["training.rollout=70"], "training: rollout=70, expected to divide an episode's 100 samples"),
+        (["task.lowest=9"], "task: lowest=9, highest=8: expected 0 < lowest <= highest"),
+        (["training.epoch=3"], "unknown configuration key 'training.epoch'.*training.epochs"),
+    ],
+)
+def test_bad_input_is_one_line(tmp_path, overrides, line):
+    with pytest.raises(UserError, match=line):
+        follow(debug(tmp_path, *overrides))
+
+
+def test_a_range_without_the_nominal_joint_is_warned_of(tmp_path, caplog):
+    box_of(debug(tmp_path), {"viscous_damping": {"value": [0.12, 0.2]}})
+    assert "viscous_damping: value from 0.12 to 0.2 leaves out the nominal value, 0.1" in caplog.text

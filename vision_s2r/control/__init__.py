@@ -1,0 +1,32 @@
+"""Controllers of a joint's speed: in come a nominal joint and ranges of effects, out come policies and what they miss.
+
+`SpeedTracking` is the Gymnasium vector environment on the compiled simulator, `train` makes a `Policy` with PPO from
+Stable-Baselines3, `track` runs any controller on any machines. The commands of scripts/control.py are built on these.
+
+    gymnasium.make("vision_s2r/SpeedTracking-v0")
+    gymnasium.make_vec("vision_s2r/SpeedTracking-v0", num_envs=256, vectorization_mode="vector_entry_point", ...)
+"""
+
+import gymnasium
+
+from vision_s2r.control.environment import SpeedTracking
+from vision_s2r.control.machines import Drawn, Given, Machines, Widening
+from vision_s2r.control.policy import OpenLoop, Policy
+from vision_s2r.control.single import OneJoint
+from vision_s2r.control.tracking import track
+from vision_s2r.control.training import train
+
+__all__ = [
+    "Drawn",
+    "Given",
+    "Machines",
+    "OneJoint",
+    "OpenLoop",
+    "Policy",
+    "SpeedTracking",
+    "Widening",
+    "track",
+    "train",
+]
+
+gymnasium.register("vision_s2r/SpeedTracking-v0", entry_point="vision_s2r.control.single:OneJoint")

@@ -1,0 +1,58 @@
+"""Realities that controllers are tried in: machines that the simulator does not know of."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.control.config import ControlConfig, TaskConfig
+from vision_s2r.joint import JOINT_EFFECTS
+
+EPISODES = 8  # of each machine
+
+Effects = Mapping[str, Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class Reality:
+    """Machines in a row, effects by name, parameters by name, each a number or an array [N]."""
+
+    name: str
+    effects: Effects
+    count: int
+
+
+def realities(cfg: ControlConfig) -> list[Reality]:
+    """Reality as it is, each end of the randomised ranges, other payloads, and each unmodelled effect beside."""
+    found = [Reality("reality", cfg.truth, EPISODES)]
+    found += [Reality("edges of the ranges", edges(cfg), 4 * EPISODES)] if "randomised" in cfg.policies else []
+    for payload in cfg.payloads:
+        heavier = {**cfg.truth, "inertia": {"value": payload * cfg.nominal.inertia}}
+        found.append(Reality(f"inertia × {payload:g}", heavier, EPISODES))
+    for effect in JOINT_EFFECTS:
+        if effect.source == "actuator":
+            found.append(Reality(effect.name, {**cfg.truth, effect.name: effect.moderate()}, EPISODES))
+    return found
+
+
+def edges(cfg: ControlConfig) -> dict[str, dict[str, np.ndarray]]:
+    """Every corner of the box that the randomised policy was trained in, EPISODES times."""
+    ranges = [
+        (name, key, value if isinstance(value, list) else [value, value])
+        for name, given in cfg.policies["randomised"].effects.items()
+        for key, value in given.items()
+        if key != "probability"
+    ]
+    corners = np.repeat(np.array(list(product(*(value for _, _, value in ranges))), float), EPISODES, axis=0)
+    found: dict[str, dict[str, np.ndarray]] = {}
+    for (name, key, _), column in zip(ranges, corners.T, strict=True):
+        found.setdefault(name, {})[key] = column
+    return found
+
+
+def targets(task: TaskConfig, count: int, seed: int) -> np.ndarray:
+    """Target speeds [count, T], the same for every controller; of another random stream than training's."""
+    rng = np.random.default_rng([seed, 1])
+    return rng.uniform(task.lowest, task.highest, (count, task.targets)) * rng.choice([-1, 1], (count, task.targets))

@@ -1,0 +1,84 @@
+"""The policies of a configuration, trained side by side."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import joblib
+
+from vision_s2r.cli import log_to_terminal
+from vision_s2r.control.config import ControlConfig, PolicyConfig
+from vision_s2r.control.effects import CONTROL_EFFECTS
+from vision_s2r.control.machines import Drawn, Machines
+from vision_s2r.control.policy import Policy
+from vision_s2r.control.training import train
+from vision_s2r.joint import DYNAMICS, Nominal
+from vision_s2r.randomize import Box, effect_ranges
+
+
+def nominal_of(cfg: ControlConfig) -> Nominal:
+    """The joint as the simulator believes it to be."""
+    return Nominal(**vars(cfg.nominal))
+
+
+def box_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) -> Box:
+    """Ranges to train in, beside which all is nominal; UserError where they cannot be."""
+    return Box.of(effects, CONTROL_EFFECTS, nominal_values(cfg))
+
+
+def reality_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) -> Box:
+    """The same for ranges of real machines, which need not hold the nominal one."""
+    return Box(CONTROL_EFFECTS, effect_ranges(effects, CONTROL_EFFECTS), nominal_values(cfg))
+
+
+def nominal_values(cfg: ControlConfig) -> dict[str, dict[str, float]]:
+    """The nominal joint by effect and parameter."""
+    return {name: {"value": float(getattr(cfg.nominal, name))} for name in DYNAMICS}
+
+
+def trained(
+    cfg: ControlConfig, policies: Mapping[str, PolicyConfig], seeds: int, steps: int
+) -> dict[str, list[Policy]]:
+    """Each policy, `seeds` times; what is there already is not trained again."""
+    return trained_on(cfg, {name: drawn(cfg, policy) for name, policy in policies.items()}, seeds, steps)
+
+
+@dataclass(frozen=True)
+class Source:
+    """What a policy is trained on: machines for each seed, and how many samples back it sees."""
+
+    machines: Callable[[int], Machines]
+    history: int
+
+
+def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
+    """Machines from the policy's ranges."""
+    box = box_of(cfg, policy.effects)
+    return Source(lambda _: Drawn(box), policy.history)
+
+
+def trained_on(cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, steps: int) -> dict[str, list[Policy]]:
+    """A policy for each source, `seeds` times."""
+    jobs = [(name, cfg.seed + k) for name in sources for k in range(seeds)]
+    calls = (
+        joblib.delayed(_one)(
+            cfg, sources[name].machines(seed), sources[name].history, folder(cfg, name, seed), seed, steps
+        )
+        for name, seed in jobs
+    )
+    paths = joblib.Parallel(n_jobs=cfg.jobs)(calls)
+    found: dict[str, list[Policy]] = {name: [] for name in sources}
+    for (name, _), path in zip(jobs, paths, strict=True):
+        found[name].append(Policy.load(path, cfg.task))
+    return found
+
+
+def folder(cfg: ControlConfig, name: str, seed: int) -> Path:
+    """Where a policy is kept."""
+    return Path(cfg.out) / f"{name.replace(' ', '_')}-{seed}"
+
+
+def _one(cfg: ControlConfig, machines: Machines, history: int, out: Path, seed: int, steps: int) -> Path:
+    log_to_terminal()
+    training = replace(cfg.training, steps=steps)
+    return train(cfg.task, nominal_of(cfg), machines, history, training, out, seed)
