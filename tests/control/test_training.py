@@ -1,6 +1,7 @@
 """Policies: that they learn, that nothing of a training is lost, and what is said of files that do not fit."""
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ from vision_s2r.control.ablate import ablate
 from vision_s2r.control.config import ControlConfig, JointConfig, TaskConfig, TrainingConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.follow import follow
-from vision_s2r.control.training_jobs import box_of
+from vision_s2r.control.training_jobs import box_of, drawn
 from vision_s2r.control.widen import automatic, widen, widening
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal
-from vision_s2r.randomize import Box
+from vision_s2r.randomize import Box, Posterior
 
 NOMINAL = Nominal(**vars(JointConfig()))
 BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "coulomb_friction": {"value": [0.01, 0.06]}}, CONTROL_EFFECTS)
@@ -129,6 +130,17 @@ def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
 def test_bad_input_is_one_line(tmp_path, overrides, line):
     with pytest.raises(UserError, match=line):
         follow(debug(tmp_path, *overrides))
+
+
+def test_the_posterior_of_an_identification_is_trained_on(tmp_path):
+    values = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}}
+    Posterior(CONTROL_EFFECTS, values, np.diag([1e-6, 1e-8])).write(tmp_path / "posterior.yaml")
+    cfg = debug(tmp_path, f"+policies.default.distribution={tmp_path}/posterior.yaml")
+    drawn_from = drawn(cfg, cfg.policies["default"]).machines(0).draw(200, np.random.default_rng(0))
+    assert np.std(drawn_from["viscous_damping"]["value"]) == pytest.approx(1e-3, rel=0.2)
+    assert np.mean(drawn_from["coulomb_friction"]["value"]) == pytest.approx(0.05, rel=0.01)
+    with pytest.raises(UserError, match="a policy with effects and with distribution"):
+        drawn(cfg, replace(cfg.policies["history"], distribution="x.yaml"))
 
 
 def test_a_range_without_the_nominal_joint_is_warned_of(tmp_path, caplog):

@@ -57,6 +57,7 @@ class PolicyConfig:
     history: int = 0
     # By effect: probability (1 if left out) and each of its parameters, a number or [low, high].
     effects: dict[str, dict[str, Any]] = field(default_factory=dict)
+    distribution: str = ""
 
 
 @dataclass

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from vision_s2r.randomize import AutomaticRandomisation, Box
+from vision_s2r.randomize import AutomaticRandomisation, Box, Posterior
 
 Values = Mapping[str, Mapping[str, np.ndarray]]
 
@@ -82,23 +82,26 @@ class Given:
 
 
 class Drawn(Given):
-    """Machines from a box of ranges, new ones in every episode."""
+    """Machines from ranges or from a posterior, new ones in every episode."""
 
-    def __init__(self, box: Box) -> None:
+    def __init__(self, distribution: Box | Posterior) -> None:
         super().__init__({})
-        self.box = box
+        self.distribution = distribution
 
     @property
     def described(self) -> dict[str, Any]:
-        """The ranges, and how often each effect is on."""
+        """The ranges, and how often each effect is on; or the posterior's values and covariance."""
+        if isinstance(self.distribution, Posterior):
+            values = {name: dict(given) for name, given in self.distribution.values.items()}
+            return {"values": values, "covariance": self.distribution.covariance.tolist()}
         return {
             name: {"probability": drawn.probability} | {key: list(each) for key, each in drawn.ranges.items()}
-            for name, drawn in self.box.ranges.items()
+            for name, drawn in self.distribution.ranges.items()
         }
 
     def draw(self, count: int, rng: np.random.Generator) -> Values:
-        """`count` of the box."""
-        return self.box.sample(count, rng)
+        """`count` draws."""
+        return self.distribution.sample(count, rng)
 
 
 class Widening:

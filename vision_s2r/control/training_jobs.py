@@ -12,8 +12,9 @@ from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.machines import Drawn, Machines
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.training import train
+from vision_s2r.errors import UserError
 from vision_s2r.joint import DYNAMICS, Nominal
-from vision_s2r.randomize import Box, effect_ranges
+from vision_s2r.randomize import Box, Posterior, effect_ranges, load_distribution
 
 
 def nominal_of(cfg: ControlConfig) -> Nominal:
@@ -52,9 +53,15 @@ class Source:
 
 
 def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
-    """Machines from the policy's ranges."""
-    box = box_of(cfg, policy.effects)
-    return Source(lambda _: Drawn(box), policy.history)
+    """Machines from the policy's ranges, or from the distribution in its file; UserError for one that has both."""
+    if policy.distribution and policy.effects:
+        raise UserError(f"a policy with effects and with distribution={policy.distribution}, expected one of them")
+    distribution: Box | Posterior
+    if policy.distribution:
+        distribution = load_distribution(Path(policy.distribution), CONTROL_EFFECTS, nominal_values(cfg))
+    else:
+        distribution = box_of(cfg, policy.effects)
+    return Source(lambda _: Drawn(distribution), policy.history)
 
 
 def trained_on(cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, steps: int) -> dict[str, list[Policy]]:
