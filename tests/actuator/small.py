@@ -1,0 +1,30 @@
+"""Drives and logs of the tests' size."""
+
+import numpy as np
+
+from vision_s2r.actuator.config import DriveConfig, LogsConfig
+from vision_s2r.actuator.drive import MotorDrive
+from vision_s2r.actuator.log import record
+from vision_s2r.actuator.references import sweeps
+
+EFFECTS = {
+    "backlash": {"width": 0.005},
+    "latency": {"delay": 0.015},
+    "torque_speed_limit": {"stall": 0.7, "no_load_speed": 10.0},
+}
+QUIET = {"position_noise": 0.0, "velocity_noise": 0.0, "torque_noise": 0.0}
+
+
+def rng(seed=0):
+    return np.random.default_rng(seed)
+
+
+def logged(cfg, motions, seed, analytic=False):
+    """Motions of 2 s, without an outer loop."""
+    references = sweeps(LogsConfig(seconds=2.0), motions, cfg.sample_time, rng(seed))
+    drive = MotorDrive(cfg, references.payload, rng(seed + 1), analytic)
+    return record(drive, references, np.zeros((motions, 5)))
+
+
+def drive(**changes):
+    return DriveConfig(**{"effects": EFFECTS, **changes})

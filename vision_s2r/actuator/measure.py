@@ -1,0 +1,70 @@
+"""How far models of the motor are from the torque sensor, and how well controllers transfer, with 95 % intervals.
+
+Arrays are [S, M]: S seeds on the same M motions; intervals are bootstrapped over both.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.actuator.control import SETTLE, rms_error
+from vision_s2r.actuator.log import Log
+from vision_s2r.statistics import Bootstrap
+
+
+def torque_errors(
+    logs: Sequence[Log], models: Mapping[str, Sequence[np.ndarray]], sample_time: float
+) -> dict[str, dict[str, Any]]:
+    """By model, mean absolute and RMS error (N·m), and by what factors the first model's are larger.
+
+    `logs` [S] are of the same M references, `models` hold torques [S][M, T] that each says of them.
+    """
+    settled = round(SETTLE / sample_time)
+    off = {
+        name: [torque[:, settled:] - log.torque[:, settled:] for torque, log in zip(torques, logs, strict=True)]
+        for name, torques in models.items()
+    }
+    absolute = {name: np.array([abs(each).mean(axis=1) for each in rest]) for name, rest in off.items()}
+    squared = {name: np.array([(each**2).mean(axis=1) for each in rest]) for name, rest in off.items()}
+    first = next(iter(models))
+    bootstrap = Bootstrap(absolute[first].shape[1])
+    found = {}
+    for name in models:
+        ratio = bootstrap.ratio(squared[first], squared[name])
+        found[name] = {
+            "mean_absolute": float(absolute[name].mean()),
+            "rms": float(np.sqrt(squared[name].mean())),
+            "factor": asdict(bootstrap.ratio(absolute[first], absolute[name])),
+            "factor_rms": {key: float(np.sqrt(value)) for key, value in asdict(ratio).items()},
+            "by_seed": absolute[name].mean(axis=1).tolist(),
+        }
+    return found
+
+
+def transfer(
+    own: Mapping[str, Sequence[Log]], drive: Mapping[str, Sequence[Log]], tolerance: float, sample_time: float
+) -> dict[str, dict[str, Any]]:
+    """By simulator, how its controllers [S] do on references [M] in it (`own`) and on the drive.
+
+    A controller transfers to the drive, on a reference, where its error there is at most 1 + `tolerance` times that in
+    its own simulator. The last simulator is the drive itself: what can be had.
+    """
+    here = {name: np.array([rms_error(log, sample_time) for log in logs]) for name, logs in own.items()}
+    there = {name: np.array([rms_error(log, sample_time) for log in logs]) for name, logs in drive.items()}
+    last = list(there)[-1]
+    bootstrap = Bootstrap(there[last].shape[1])
+    found = {}
+    for name in there:
+        transferred = there[name] <= (1 + tolerance) * here[name]
+        found[name] = {
+            "own_error": float(here[name].mean()),
+            "drive_error": float(there[name].mean()),
+            "over_tuned_on_drive": asdict(bootstrap.ratio(there[name], there[last])),
+            "transferred": asdict(bootstrap.success(transferred)),
+            "count": int(transferred.sum()),
+            "of": transferred.size,
+            "drive_error_by_seed": there[name].mean(axis=1).tolist(),
+        }
+    return found
