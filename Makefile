@@ -5,7 +5,7 @@ STAMP := $(VENV)/installed
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all check bench clean
+.PHONY: help setup demo dynamics test test-all check bench clean
 
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -21,6 +21,14 @@ $(STAMP): constraints.txt pyproject.toml
 demo: setup ## render, train, evaluate, diagnose a withheld camera, in at most 15 minutes: outputs/demo/index.html
 	$(BIN)/python scripts/run.py experiment=demo
 	$(BIN)/python scripts/close_gap.py experiment=demo
+
+dynamics: setup ## identification, actuator network, randomised control, small: outputs/dynamics, under 10 minutes
+	$(BIN)/python scripts/identify.py example=two_point out=outputs/dynamics
+	$(BIN)/python scripts/identify.py recording=outputs/dynamics/log-0 out=outputs/dynamics/identified
+	$(BIN)/python scripts/actuator.py actuator=small out=outputs/dynamics/actuator
+	$(BIN)/python scripts/control.py follow control=small
+	$(BIN)/python scripts/control.py ablate control=small
+	$(BIN)/python scripts/control.py widen control=small
 
 test: setup ## the tests, without the long ones
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile
