@@ -7,6 +7,7 @@ from vision_s2r.diagnose.case import NOMINAL, Case, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
+MUCH = 0.33  # of the gap: effects that leave no more do much work
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ class Search:
         returns the unknowns that take something off.
         """
         rival = self._beside(base)
-        if self._strong(named, rival):
+        if self._strong(named, rival, base):
             # Beside something flexible enough to do their work, their parameters would be anybody's guess.
             found, hints = named, self._extended(named, Names()).names
         else:
@@ -133,9 +134,10 @@ class Search:
         )
         return max(more, key=lambda assessment: assessment.score, default=found)
 
-    def _strong(self, named: Assessment, rival: Assessment) -> bool:
-        """Whether effects that leave something do most of the unknown's work, and so keep their names."""
-        return not self._assessor.adequate(named) and named.rest <= MOST * max(rival.rest, self._cfg.adequate)
+    def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
+        """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names."""
+        most = named.rest <= MOST * max(rival.rest, self._cfg.adequate) and named.rest <= MUCH * base.rest
+        return most and not self._assessor.adequate(named)
 
     def _simpler(self, rival: Assessment, named: Assessment, base: Assessment) -> bool:
         """Whether the unknown alone is a better story than the named effects.
