@@ -15,6 +15,7 @@ import yaml
 
 from vision_s2r.effects import Parameter, Registry
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.files import write
 from vision_s2r.randomize import files
 from vision_s2r.randomize.ranges import EffectRange, Range, effect_ranges
 
@@ -105,7 +106,7 @@ class Box:
             | {key: [float(end) for end in each] for key, each in drawn.ranges.items()}
             for name, drawn in self.ranges.items()
         }
-        _write(path, {"distribution": "box", "effects": effects})
+        write(path, _yaml({"distribution": "box", "effects": effects}))
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +198,7 @@ class Posterior:
     def write(self, path: Path) -> None:
         """Write as YAML that `load_distribution` reads, whole or not at all; UserError where that cannot be."""
         values = {name: {key: float(value) for key, value in given.items()} for name, given in self.values.items()}
-        _write(path, {"distribution": "posterior", "values": values, "covariance": self.covariance.tolist()})
+        write(path, _yaml({"distribution": "posterior", "values": values, "covariance": self.covariance.tolist()}))
 
 
 def sample_at(distribution: Distribution, seed: int, indices: Iterable[int]) -> Samples:
@@ -246,13 +247,5 @@ def _matrix(rows: Any) -> np.ndarray:
         raise UserError("covariance: expected rows of numbers, all of one length") from error
 
 
-def _write(path: Path, content: dict[str, Any]) -> None:
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None))
-        temporary.replace(path)
-    except OSError as error:
-        raise UserError(f"{path}: cannot be written ({error.strerror})") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+def _yaml(content: dict[str, Any]) -> str:
+    return yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
