@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.actuator.drive import Drive
-from vision_s2r.actuator.network import one_thread
 from vision_s2r.actuator.references import References
+from vision_s2r.threads import one_thread
 
 # The gains of a controller, and between which values they are tuned:
 # command = r + position·(r − q) + velocity·(ṙ − q̇) + ahead·ṙ + ahead²·r̈ + integral·∫(r − q) dt

@@ -7,8 +7,7 @@ matters: inputs are whitened, not only scaled.
 """
 
 import itertools
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -77,14 +76,3 @@ class ActuatorNetwork(nn.Module):
         checkpoint.restore("network", network)
         network.normalise(mean, whitening, scale)
         return network
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Keeps torch to one thread: networks this small lose time to more, and sums are then always in one order."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)

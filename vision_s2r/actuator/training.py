@@ -6,9 +6,10 @@ from torch import nn
 
 from vision_s2r.actuator.config import TrainingConfig
 from vision_s2r.actuator.log import Log
-from vision_s2r.actuator.network import ActuatorNetwork, one_thread
+from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.errors import UserError
 from vision_s2r.progress import tracked
+from vision_s2r.threads import one_thread
 from vision_s2r.training.loop import learning_rate
 
 

@@ -20,6 +20,7 @@ from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Machines
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal
+from vision_s2r.threads import one_thread
 from vision_s2r.training import checkpoint
 
 log = logging.getLogger(__name__)
@@ -28,6 +29,7 @@ STATE = "state.pt"
 LEAST_RATE = 0.02  # of the learning rate, at the end: the last bit of accuracy wants small steps
 
 
+@one_thread()
 def train(
     task: TaskConfig,
     nominal: Nominal,
@@ -55,7 +57,6 @@ def train(
     released = out / "policy.safetensors"
     if released.exists():
         return released
-    torch.set_num_threads(1)  # networks this small lose time to a second thread
     environment = Adapter(SpeedTracking(task, nominal, machines, training.envs, history, seed))
     model = _model(environment, training, seed)
     progress = _Progress(environment, history, training.hidden, out)

@@ -1,8 +1,6 @@
 """The columns of the table: which pictures of a scene a policy is given."""
 
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -17,6 +15,7 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.images import to_float, to_uint8
 from vision_s2r.render import Views
+from vision_s2r.threads import one_thread
 from vision_s2r.training.data import generator
 
 # As in the presets: an effect alone means the same at every size of picture.
@@ -81,22 +80,12 @@ def pictures(column: Column, views: Views, seed: int) -> Tensor:
     camera = Camera.from_config(column.camera)
     intrinsics = views.all("intrinsics")
     seen = []
-    with _one_thread():  # several lose more in handing over such small pictures than they gain
+    with one_thread():  # several lose more in handing over such small pictures than they gain
         # One by one: convolutions over a batch differ in the last bit with the size of the batch.
         for i, scene in enumerate(views.all("seed_and_index").tolist()):
             parameters = _parameters(camera, column, views.size, scene, seed)
             seen.append(to_uint8(camera(to_float(source[i : i + 1]), parameters, m, intrinsics[i : i + 1])))
     return torch.cat(seen)
-
-
-@contextmanager
-def _one_thread() -> Iterator[None]:
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 def _parameters(camera: Camera, column: Column, size: int, scene: list[int], seed: int) -> CameraParameters:
