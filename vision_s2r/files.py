@@ -2,10 +2,11 @@
 
 import contextlib
 import io
+import json
 import secrets
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from vision_s2r.errors import UserError
 
@@ -25,6 +26,19 @@ def write_figure(path: Path, figure: "Figure", dpi: int) -> Path:
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=dpi)
     return write(path, content.getvalue())
+
+
+def differing(path: Path, settings: Mapping[str, Any]) -> str | None:
+    """The first key of plain `settings` in which those noted in a JSON file differ; None where they do not.
+
+    Where there is no file yet, they are noted. Raises UserError as `whole` does.
+    """
+    content = json.dumps(settings, indent=1)
+    if not path.exists():
+        write(path, content)
+        return None
+    noted = json.loads(path.read_text())
+    return next((name for name, value in json.loads(content).items() if noted.get(name) != value), None)
 
 
 @contextlib.contextmanager

@@ -20,7 +20,7 @@ from vision_s2r.actuator.references import References, sweeps, tasks
 from vision_s2r.actuator.report import show
 from vision_s2r.actuator.training import fit, predict
 from vision_s2r.errors import UserError
-from vision_s2r.files import write
+from vision_s2r.files import differing, write
 from vision_s2r.progress import tracked
 
 FORMAT = "vision-s2r/actuator/1"
@@ -36,7 +36,9 @@ def run(cfg: ActuatorConfig) -> Path:
     """
     check(cfg)
     out = Path(cfg.out)
-    _keep_settings(cfg, out / "settings.json")
+    path, settings = out / "settings.json", {key: value for key, value in asdict(cfg).items() if key != "out"}
+    if key := differing(path, settings):
+        raise UserError(f"{path}: a run with another '{key}' is in this folder: choose another out=DIR or remove it")
     networks = _networks(cfg, out)
     worlds = _worlds(cfg, networks)
     gains = _controllers(cfg, worlds, out / "controllers.json")
@@ -120,18 +122,3 @@ def _models(cfg: ActuatorConfig, networks: Networks, logs: list[Log]) -> dict[st
     for name, trained in networks.items():
         said[name] = [predict(network, log) for network, log in zip(trained, logs, strict=True)]
     return said
-
-
-def _keep_settings(cfg: ActuatorConfig, path: Path) -> None:
-    """Notes what the folder is made with. Raises UserError where it was made with something else."""
-    settings = asdict(cfg)
-    del settings["out"]
-    if not path.exists():
-        write(path, json.dumps(settings, indent=2) + "\n")
-        return
-    before = json.loads(path.read_text())
-    for key, value in settings.items():
-        if before.get(key) != value:
-            raise UserError(
-                f"{path}: a run with another '{key}' is in this folder: choose another out=DIR or remove it"
-            )

@@ -1,6 +1,5 @@
 """Training a policy with PPO; goes on where it was interrupted, with the same result."""
 
-import json
 import logging
 from dataclasses import asdict
 from pathlib import Path
@@ -53,7 +52,8 @@ def train(
         "training": asdict(training),
         "seed": seed,
     }
-    _same_settings(out / "settings.json", settings)
+    if name := files.differing(out / "settings.json", settings):
+        raise UserError(f"{out}: holds a training with other settings ({name}), expected another out=")
     released = out / "policy.safetensors"
     if released.exists():
         return released
@@ -68,18 +68,6 @@ def train(
     facts = {"steps": model.num_timesteps, "seed": seed}
     policies.save(released, network, task, history, training.hidden, facts)
     return released
-
-
-def _same_settings(path: Path, settings: dict[str, Any]) -> None:
-    """Note the settings, or check that they are those noted."""
-    content = json.dumps(settings, indent=1)
-    if not path.exists():
-        files.write(path, content)
-        return
-    noted = json.loads(path.read_text())
-    for name, value in json.loads(content).items():
-        if noted.get(name) != value:
-            raise UserError(f"{path.parent}: holds a training with other settings ({name}), expected another out=")
 
 
 def machines_of(out: Path) -> dict[str, Any]:
