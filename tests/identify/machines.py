@@ -2,17 +2,9 @@
 
 import numpy as np
 
+from tests.recordings import NOMINAL
 from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.recording import JointRecording
-
-NOMINAL = {
-    "torque_constant": 0.5,
-    "inertia": 0.02,
-    "viscous_damping": 0.1,
-    "coulomb_friction": 0.02,
-    "gravity_torque": 0.0,
-    "bias_torque": 0.0,
-}
 
 
 def steps(episodes: int = 4, samples: int = 600, largest: float = 1.8) -> np.ndarray:

@@ -3,8 +3,7 @@
 `SpeedTracking` is the Gymnasium vector environment on the compiled simulator, `train` makes a `Policy` with PPO from
 Stable-Baselines3, `track` runs any controller on any machines. The commands of scripts/control.py are built on these.
 
-    gymnasium.make("vision_s2r/SpeedTracking-v0")
-    gymnasium.make_vec("vision_s2r/SpeedTracking-v0", num_envs=256, vectorization_mode="vector_entry_point", ...)
+`gymnasium.make("vision_s2r/SpeedTracking-v0")` is a single joint, for a learner that wants no vectors.
 """
 
 import gymnasium

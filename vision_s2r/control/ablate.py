@@ -4,18 +4,16 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from vision_s2r import files
 from vision_s2r.control import pictures
 from vision_s2r.control.config import ControlConfig, PolicyConfig, check
-from vision_s2r.control.follow import show, summary
 from vision_s2r.control.machines import Given
 from vision_s2r.control.realities import targets
-from vision_s2r.control.tracking import track
-from vision_s2r.control.training_jobs import nominal_of, reality_of, trained
+from vision_s2r.control.training_jobs import reality_of, trained
+from vision_s2r.control.trials import show, summary, tried
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.randomize import sample_at
 
@@ -35,8 +33,7 @@ def ablate(cfg: ControlConfig) -> Path:
     wanted = targets(cfg.task, count, cfg.seed)
     rows = {}
     for name, some in found.items():
-        errors = [track(each, cfg.task, nominal_of(cfg), machines, wanted, cfg.seed) for each in some]
-        rows[name.removeprefix("ablation ")] = summary(cfg, np.stack(errors))
+        rows[name.removeprefix("ablation ")] = summary(cfg, tried(cfg, some, machines, wanted))
     out = Path(cfg.out)
     files.write(out / "ablate.json", json.dumps(rows, indent=1))
     table = Table("trained with", "targets reached, % [95 %]; mean error", "targets")

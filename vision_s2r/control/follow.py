@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,9 @@ from vision_s2r.control.config import ControlConfig, check
 from vision_s2r.control.machines import Controller, Given
 from vision_s2r.control.policy import OpenLoop
 from vision_s2r.control.realities import realities, targets
-from vision_s2r.control.tracking import track
 from vision_s2r.control.training_jobs import nominal_of, trained
+from vision_s2r.control.trials import show, summary, tried
 from vision_s2r.progress import tracked
-from vision_s2r.statistics import Bootstrap
 
 MINUTE = 60.0  # s
 HELD = 2.0  # s, long enough for any transient to be over
@@ -54,20 +53,8 @@ def _table(cfg: ControlConfig, controllers: Mapping[str, list[Controller]]) -> d
     for reality in tracked(every, len(every), "realities"):
         wanted = targets(cfg.task, reality.count, cfg.seed)
         for name, some in controllers.items():
-            errors = np.stack([_track(cfg, each, reality.effects, wanted) for each in some])
-            rows[name][reality.name] = summary(cfg, errors)
+            rows[name][reality.name] = summary(cfg, tried(cfg, some, Given(reality.effects), wanted))
     return rows
-
-
-def summary(cfg: ControlConfig, errors: np.ndarray) -> dict[str, Any]:
-    """What errors [seeds, N, T] amount to; targets on one machine depend on each other little, seeds do."""
-    flat = np.abs(errors).reshape(len(errors), -1)
-    estimate = Bootstrap(flat.shape[1], cfg.seed).success(flat < cfg.task.tolerance)
-    return {"reached": asdict(estimate), "targets": flat.size, "error": float(flat.mean())}
-
-
-def _track(cfg: ControlConfig, controller: Controller, effects: Any, wanted: np.ndarray) -> np.ndarray:
-    return track(controller, cfg.task, nominal_of(cfg), Given(effects), wanted, cfg.seed)
 
 
 def _speeds(cfg: ControlConfig) -> np.ndarray:
@@ -77,7 +64,7 @@ def _speeds(cfg: ControlConfig) -> np.ndarray:
 def _steady(cfg: ControlConfig, some: list[Controller]) -> np.ndarray:
     """Errors [seeds, speeds] after a while at one speed."""
     held = replace(cfg, task=replace(cfg.task, hold=HELD, targets=1))
-    return np.stack([_track(held, each, cfg.truth, _speeds(cfg)[:, None])[:, 0] for each in some])
+    return tried(held, some, Given(cfg.truth), _speeds(cfg)[:, None])[..., 0]
 
 
 def _drift(cfg: ControlConfig, some: list[Controller]) -> np.ndarray:
@@ -88,7 +75,7 @@ def _drift(cfg: ControlConfig, some: list[Controller]) -> np.ndarray:
     effects = {**cfg.truth, "thermal_drift": {"rate": (drift.damping / start - 1) / whole}}
     held = replace(cfg, task=replace(cfg.task, hold=whole / count, targets=count))
     wanted = np.full((1, count), drift.speed)
-    return np.stack([_track(held, each, effects, wanted)[0] for each in some])
+    return tried(held, some, Given(effects), wanted)[:, 0]
 
 
 def _print(rows: dict[str, dict[str, Any]]) -> None:
@@ -97,10 +84,3 @@ def _print(rows: dict[str, dict[str, Any]]) -> None:
         cells = (row[reality] for row in rows.values())
         table.add_row(reality, *(show(cell) for cell in cells))
     Console(width=160).print(table)
-
-
-def show(cell: dict[str, Any]) -> str:
-    """A cell of a table."""
-    reached = cell["reached"]
-    low, high = 100 * reached["low"], 100 * reached["high"]
-    return f"{100 * reached['value']:.1f} [{low:.1f}, {high:.1f}]; {100 * cell['error']:.1f} %"

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.control.config import ControlConfig, TaskConfig
+from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.randomize import effect_ranges
 
 EPISODES = 8  # of each machine
 
@@ -27,7 +29,7 @@ class Reality:
 def realities(cfg: ControlConfig) -> list[Reality]:
     """Reality as it is, each end of the randomised ranges, other payloads, and each unmodelled effect beside."""
     found = [Reality("reality", cfg.truth, EPISODES)]
-    found += [Reality("edges of the ranges", edges(cfg), 4 * EPISODES)] if "randomised" in cfg.policies else []
+    found += [edges(cfg)] if "randomised" in cfg.policies else []
     for payload in cfg.payloads:
         heavier = {**cfg.truth, "inertia": {"value": payload * cfg.nominal.inertia}}
         found.append(Reality(f"inertia × {payload:g}", heavier, EPISODES))
@@ -37,19 +39,15 @@ def realities(cfg: ControlConfig) -> list[Reality]:
     return found
 
 
-def edges(cfg: ControlConfig) -> dict[str, dict[str, np.ndarray]]:
+def edges(cfg: ControlConfig) -> Reality:
     """Every corner of the box that the randomised policy was trained in, EPISODES times."""
-    ranges = [
-        (name, key, value if isinstance(value, list) else [value, value])
-        for name, given in cfg.policies["randomised"].effects.items()
-        for key, value in given.items()
-        if key != "probability"
-    ]
-    corners = np.repeat(np.array(list(product(*(value for _, _, value in ranges))), float), EPISODES, axis=0)
+    drawn = effect_ranges(cfg.policies["randomised"].effects, CONTROL_EFFECTS)
+    ends = {(name, key): list(each) for name, given in drawn.items() for key, each in given.ranges.items()}
+    corners = np.repeat(np.array(list(product(*ends.values())), float), EPISODES, axis=0)
     found: dict[str, dict[str, np.ndarray]] = {}
-    for (name, key, _), column in zip(ranges, corners.T, strict=True):
+    for (name, key), column in zip(ends, corners.T, strict=True):
         found.setdefault(name, {})[key] = column
-    return found
+    return Reality("edges of the ranges", found, len(corners))
 
 
 def targets(task: TaskConfig, count: int, seed: int) -> np.ndarray:

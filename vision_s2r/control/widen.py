@@ -14,7 +14,6 @@ from vision_s2r import files
 from vision_s2r.control import pictures
 from vision_s2r.control.config import ControlConfig, check
 from vision_s2r.control.effects import CONTROL_EFFECTS
-from vision_s2r.control.follow import show, summary
 from vision_s2r.control.machines import Controller, Drawn, Given, Values, Widening
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.realities import targets
@@ -30,6 +29,7 @@ from vision_s2r.control.training_jobs import (
     reality_of,
     trained_on,
 )
+from vision_s2r.control.trials import show, summary, tried
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.randomize import AutomaticConfig, AutomaticRandomisation, dimensions, sample_at
 from vision_s2r.randomize.coverage import covered_of_box
@@ -98,8 +98,7 @@ def _table(cfg: ControlConfig, policies: Mapping[str, list[Policy]]) -> dict[str
     for title, effects in zip(SETS, (cfg.widening.reality, cfg.widening.outside), strict=True):
         machines = Given(sample_at(reality_of(cfg, effects), cfg.seed, range(count)))
         for name, some in policies.items():
-            errors = [track(each, cfg.task, nominal_of(cfg), machines, wanted, cfg.seed) for each in some]
-            rows[name][title] = summary(cfg, np.stack(errors))
+            rows[name][title] = summary(cfg, tried(cfg, some, machines, wanted))
     return rows
 
 

@@ -11,6 +11,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint.drive import glides, needs_velocity, steady
+from vision_s2r.joint.effects.encoder_quantization import rounded
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
 from vision_s2r.joint.machine import COLUMNS, Machine, check
@@ -77,11 +78,6 @@ class Joints:
     def shown(self) -> np.ndarray:
         """Position and velocity [N, 2] that the encoders show now."""
         return self._shown.copy()
-
-    @property
-    def time(self) -> np.ndarray:
-        """Seconds [N] since each joint was reset."""
-        return self._samples * self._sample_time
 
     @property
     def true(self) -> np.ndarray:
@@ -190,7 +186,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
             resolution = machine.encoder_quantization_resolution
             shown[n, 0], shown[n, 1] = position, velocity
             if resolution > 0:
-                shown[n, 0] = resolution * math.floor(position / resolution + 0.5)
+                shown[n, 0] = rounded(position, resolution)
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)
     def advance(
@@ -238,7 +234,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
             samples[n] = k + 1
             resolution = machine.encoder_quantization_resolution
             if resolution > 0:
-                position = resolution * math.floor(state[0] / resolution + 0.5)
+                position = rounded(state[0], resolution)
                 shown[n, 1] = (position - shown[n, 0]) / sample_time
                 shown[n, 0] = position
             else:

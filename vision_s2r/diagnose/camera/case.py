@@ -24,7 +24,7 @@ from vision_s2r.diagnose.camera.intervals import Spread, spread
 from vision_s2r.diagnose.camera.prediction import NOISES, WARPS, Stages, encoded
 from vision_s2r.diagnose.camera.scoring import Score, mismatch, predicted_noise, score
 from vision_s2r.diagnose.camera.study import Study, frames_of_a_fit, study
-from vision_s2r.diagnose.case import Hypothesis, Names, Samples, Units
+from vision_s2r.diagnose.case import Hypothesis, Names, Samples, Units, Values
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.recording import CameraRecording
 
@@ -127,9 +127,7 @@ class CameraCase:
             }
         return values
 
-    def _fit_decoys(
-        self, values: Mapping[str, Mapping[str, float]], names: list[str], units: list[int]
-    ) -> dict[str, decoys.Fitted]:
+    def _fit_decoys(self, values: Values, names: list[str], units: list[int]) -> dict[str, decoys.Fitted]:
         fitted: dict[str, decoys.Fitted] = {}
         if not names:
             return fitted
@@ -146,14 +144,14 @@ class CameraCase:
 
     # -- predicting
 
-    def _mean(self, values: Mapping[str, Mapping[str, float]], units: list[int]) -> tuple[Tensor, Tensor | None]:
+    def _mean(self, values: Values, units: list[int]) -> tuple[Tensor, Tensor | None]:
         """Before the encoder: the mean, and the variance of noise effects."""
         plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
         prediction = self.study.pictures.predict(plain, units)
         return prediction.mean, prediction.variance
 
     @staticmethod
-    def _encoded(mean: Tensor, values: Mapping[str, Mapping[str, float]]) -> Tensor:
+    def _encoded(mean: Tensor, values: Values) -> Tensor:
         return encoded(mean, values["jpeg_compression"]["quality"]) if "jpeg_compression" in values else mean
 
     @torch.inference_mode()
@@ -267,7 +265,7 @@ class CameraCase:
         names = [*[each for each in hypothesis.values if each in NOISES], name]
         fitted = noise.fit(hypothesis.values, names, bins, units)
 
-        def loglik(values: Mapping[str, Mapping[str, float]]) -> float:
+        def loglik(values: Values) -> float:
             model = noise.at(values, bins.values)[usable]
             return float((-0.5 * counts[usable] * (np.log(model) + variance[usable] / model)).sum())
 

@@ -6,7 +6,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.diagnose.camera.prediction import Pictures, Values, encoded
+from vision_s2r.diagnose.camera.prediction import Pictures, encoded
+from vision_s2r.diagnose.case import Values
 
 _BLOCK = 8  # px, of the codec
 _DRAWS = 4  # of noise

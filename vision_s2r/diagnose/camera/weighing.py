@@ -12,7 +12,8 @@ from torch import Tensor
 from vision_s2r.camera.effect import Encoding
 from vision_s2r.diagnose.camera.codec import within_blocks
 from vision_s2r.diagnose.camera.noise import Tail
-from vision_s2r.diagnose.camera.prediction import Pictures, Values
+from vision_s2r.diagnose.camera.prediction import Pictures
+from vision_s2r.diagnose.case import Values
 
 BINS = 20  # of brightness
 IMPLAUSIBLE = (6 / 255) ** 2  # variance in flat places that is no noise behind an encoder: the light is wrong

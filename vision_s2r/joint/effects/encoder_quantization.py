@@ -19,11 +19,17 @@ class EncoderQuantization(JointEffect):
 
 
 @compiled
+def rounded(position: float, resolution: float) -> float:
+    """The position that the encoder shows."""
+    return resolution * math.floor(position / resolution + 0.5)
+
+
+@compiled
 def quantise(states: np.ndarray, resolution: float, sample_time: float) -> None:
     """What the encoder shows of the states [T, 2], in place."""
     length = len(states)
     for k in range(length):
-        states[k, 0] = resolution * math.floor(states[k, 0] / resolution + 0.5)
+        states[k, 0] = rounded(states[k, 0], resolution)
     for k in range(length):
         before, after = max(k - 1, 0), min(k + 1, length - 1)
         if after > before:
