@@ -1,21 +1,16 @@
 """The columns of the table: which pictures of a scene a policy is given."""
 
 import zlib
-from dataclasses import asdict, dataclass
-from functools import cache
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-import torch
 from torch import Tensor
 
-from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraConfig, CameraParameters, load_config
-from vision_s2r.cli import CONFIGS
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraConfig, load_config
+from vision_s2r.camera.presets import preset
 from vision_s2r.evaluate.config import EvaluateConfig
-from vision_s2r.images import to_float, to_uint8
 from vision_s2r.render import Views
-from vision_s2r.threads import one_thread
+from vision_s2r.render.seen import through
 from vision_s2r.training.data import generator
 
 # As in the presets: an effect alone means the same at every size of picture.
@@ -41,27 +36,13 @@ def columns(cfg: EvaluateConfig) -> list[Column]:
     found = [Column(name, name) for name in cfg.appearances]
     for name in cfg.cameras:
         is_file = name.endswith(".yaml")
-        found.append(Column(Path(name).stem, "real", load_config(Path(name)) if is_file else _preset(name)))
+        found.append(
+            Column(Path(name).stem, "real", load_config(Path(name)) if is_file else preset(name, "evaluate.cameras"))
+        )
     for name in cfg.effects:
         alone = {name: CAMERA_EFFECTS[name].moderate()}
         found.append(Column(name, "real", CameraConfig(effects=alone, reference_size=REFERENCE_SIZE)))
     return found
-
-
-def preset_of(camera: dict[str, Any] | None) -> str | None:
-    """The name in configs/camera of a camera's configuration; None for any other."""
-    return next((name for name, preset in _presets().items() if asdict(preset) == camera), None)
-
-
-@cache
-def _presets() -> dict[str, CameraConfig]:
-    return {path.stem: load_config(path) for path in sorted((CONFIGS / "camera").glob("*.yaml"))}
-
-
-def _preset(name: str) -> CameraConfig:
-    if name not in _presets():
-        raise UserError(f"evaluate.cameras: no camera '{name}' in configs/camera, {nearest(name, _presets())}")
-    return _presets()[name]
 
 
 def pictures(column: Column, views: Views, seed: int) -> Tensor:
@@ -77,17 +58,5 @@ def pictures(column: Column, views: Views, seed: int) -> Tensor:
     m = views.margin
     if column.camera is None:
         return source[:, m : m + views.size, m : m + views.size].contiguous()
-    camera = Camera.from_config(column.camera)
-    intrinsics = views.all("intrinsics")
-    seen = []
-    with one_thread():  # several lose more in handing over such small pictures than they gain
-        # One by one: convolutions over a batch differ in the last bit with the size of the batch.
-        for i, scene in enumerate(views.all("seed_and_index").tolist()):
-            parameters = _parameters(camera, column, views.size, scene, seed)
-            seen.append(to_uint8(camera(to_float(source[i : i + 1]), parameters, m, intrinsics[i : i + 1])))
-    return torch.cat(seen)
-
-
-def _parameters(camera: Camera, column: Column, size: int, scene: list[int], seed: int) -> CameraParameters:
     key = zlib.crc32(column.name.encode())
-    return camera.sample(1, generator(key, seed, *scene), size, size)
+    return through(views, source, Camera.from_config(column.camera), lambda scene: generator(key, seed, *scene))

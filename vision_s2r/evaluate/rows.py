@@ -8,8 +8,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from vision_s2r.camera.presets import preset_of
 from vision_s2r.errors import UserError
-from vision_s2r.evaluate.columns import preset_of
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.grasp import GraspPolicy

@@ -17,6 +17,7 @@ G grasps a scene, S pixels a side and a margin of m pixels around source picture
 
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.render.render import render
+from vision_s2r.render.seen import Recorded
 from vision_s2r.render.views import Views
 
-__all__ = ["RenderConfig", "Views", "render"]
+__all__ = ["Recorded", "RenderConfig", "Views", "render"]

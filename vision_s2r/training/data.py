@@ -41,7 +41,7 @@ def generator(*key: int) -> torch.Generator:
 
 
 # First words of the keys of `generator`: streams that never meet.
-ORDER, DRAW, STEP, VALIDATION, PROBE = range(5)
+ORDER, DRAW, STEP, VALIDATION, PROBE, RECORDED = range(6)
 
 
 @lru_cache(maxsize=4)
