@@ -27,6 +27,7 @@ class NetworkConfig:
     blocks: int = 1  # residual blocks of a level on the way down, and again on the way up
     detail: int = 24  # channels at full resolution
     rectifier: int = 16  # channels of what undoes the camera's pose and lens before all else; 0: nothing does
+    residual: bool = False  # pictures (maps of 3 channels) are corrections of what comes in, at first none
 
 
 class ResidualBlock(nn.Module):
@@ -128,6 +129,10 @@ class UNet(nn.Module):
         self.detail = nn.Conv2d(cfg.detail + 3, cfg.detail, 3, padding=1)
         self.norm = nn.GroupNorm(cfg.detail // GROUP, cfg.detail)
         self.head = nn.Conv2d(cfg.detail, sum(heads.values()), 3, padding=1)
+        self.residual = cfg.residual
+        if cfg.residual:
+            for parameter in self.head.parameters():
+                nn.init.zeros_(parameter)
 
     def forward(self, images: Tensor) -> dict[str, Tensor]:
         extra = {}
@@ -147,4 +152,7 @@ class UNet(nn.Module):
         x = F.pixel_shuffle(self.unfold(x), 2)
         x = self.detail(torch.cat([x, source], 1))
         x = self.head(F.silu(self.norm(x)))
-        return dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True)) | extra
+        maps = dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True))
+        if self.residual:
+            maps = {name: each + images if self.heads[name] == 3 else each for name, each in maps.items()}
+        return maps | extra

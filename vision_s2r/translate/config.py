@@ -74,7 +74,7 @@ def check(cfg: TranslateConfig) -> None:
     training_config.check(cfg.training)
     for name in ("network", "discriminator"):
         for key, value in asdict(getattr(cfg, name)).items():
-            if value <= 0 and (key != "rectifier" or value < 0):
+            if value <= 0 and (key not in ("rectifier", "residual") or value < 0):
                 raise UserError(f"translate.{name}.{key} = {value}: expected a number above 0")
     for key, value in asdict(cfg.loss).items():
         if key != "adversarial_form" and value < 0:

@@ -11,20 +11,19 @@ from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig, CameraParameters
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
-from vision_s2r.networks.unet import POINTS, UNet
+from vision_s2r.networks.unet import UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
 from vision_s2r.translate import losses, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
+from vision_s2r.translate.pairs import Pairs, needed
 from vision_s2r.translate.range_picture import draw
 from vision_s2r.translate.widening import Widening
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
-TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
 
 
 class Rcan(Method):
@@ -47,7 +46,8 @@ class Rcan(Method):
         `widening`: whose ranges take the place of the camera's.
         """
         self._widening = widening
-        self._cfg, self._margin, self._depth_range = cfg, margin, depth_range
+        self._cfg, self._depth_range = cfg, depth_range
+        self._pairs = Pairs(cfg, margin, depth_range)
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
         unet = UNet(cfg.network, heads)
@@ -67,16 +67,13 @@ class Rcan(Method):
         self.normalisation = {"depth_range": list(depth_range)}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in needed(self._cfg)}
-        randomised = views.batch("randomised", draw.indices)
-        which = draw.integers(randomised.shape[1])
-        return batch | {"source": randomised[torch.arange(len(which)), which]}
+        return self._pairs.drawn(views, draw)
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         cfg = self._cfg.loss
         if self._widening and self._widening.due(step):
             self._probe(self._widening, step)
-        source, target = self._pair(batch, self._camera, self._drawn(batch, step))
+        source, target = self._pairs(batch, self._camera, self._drawn(batch, step))
         output = self.networks["unet"](source)
         terms = losses.supervised(cfg, output, target)
         if "discriminator" not in self.networks:
@@ -147,40 +144,20 @@ class Rcan(Method):
 
     def _errors(self, batch: Batch, parameters: CameraParameters) -> Tensor:
         """Absolute error [B] of the canonical pictures, in which objects count as in the loss."""
-        source, target = self._pair(batch, self._camera, parameters)
+        source, target = self._pairs(batch, self._camera, parameters)
         error = (self.networks["unet"](source)["canonical"] - target["canonical"]).abs()
         return (losses.weights(self._cfg.loss, target) * error).mean((1, 2, 3))
-
-    def _pair(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
-        """The batch's source pictures as a camera sees them, float [B, 3, H, W] in [0, 1] without margin; targets."""
-        images = to_float(batch["source"])
-        size = batch["canonical"].shape[1]
-        target = self._target(batch)
-        if rectifies(self._cfg):
-            truth = rectification.displacements(batch, parameters, size, POINTS)
-            target["displacements"] = truth.to(images.device)
-        return camera(images, parameters, self._margin, batch["intrinsics"]), target
-
-    def _target(self, batch: Batch) -> Batch:
-        near, far = self._depth_range
-        return {
-            "canonical": to_float(batch["canonical"]),
-            "segmentation": batch["segmentation"].long(),
-            "depth": ((batch["depth"] - near) / (far - near)).unsqueeze(1),
-        }
 
     def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, and their targets."""
         camera = self._validation_camera
-        return self._pair(
+        return self._pairs(
             self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
         )
 
     def _read(self, views: ViewSource, indices: Tensor) -> Batch:
         """Held-out views of the look that the validation camera has, on the device."""
-        batch = {name: views.batch(name, indices) for name in needed(self._cfg)}
-        held_out = views.batch(self._cfg.validate_on, indices)
-        batch["source"] = held_out[:, 0] if self._cfg.validate_on == "randomised" else held_out
+        batch = self._pairs.held_out(views, indices, self._cfg.validate_on)
         return {name: tensor.to(self.device) for name, tensor in batch.items()}
 
     def _measure(self, output: Batch, target: Batch) -> Batch:
@@ -205,16 +182,6 @@ class Rcan(Method):
             near, far = self._depth_range
             found["depth_error"] = _ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
         return found
-
-
-def rectifies(cfg: TranslateConfig) -> bool:
-    """Whether there is a rectifier that is told where to look."""
-    return cfg.network.rectifier > 0 and cfg.loss.rectification > 0
-
-
-def needed(cfg: TranslateConfig) -> tuple[str, ...]:
-    """The tensors of the views that training reads, but for the source pictures."""
-    return tuple(dict.fromkeys((*TARGETS, *rectification.SOURCES))) if rectifies(cfg) else TARGETS
 
 
 def heads_for(cfg: LossConfig) -> dict[str, int]:

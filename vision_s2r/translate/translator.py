@@ -16,8 +16,8 @@ CHUNK = 64  # pictures at a time
 class Translator:
     """Pictures of a scene to its canonical view: `Translator.load(path)(images)`."""
 
-    def __init__(self, network: UNet, depth_range: tuple[float, float]):
-        """`depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1."""
+    def __init__(self, network: UNet, depth_range: tuple[float, float] | None):
+        """`depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1, if it gives any."""
         self._network = network.eval().requires_grad_(False)
         self._depth_range = depth_range
 
@@ -27,12 +27,12 @@ class Translator:
         found = checkpoint.load(path, "translator")
         try:
             network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
-            near, far = found.normalisation["depth_range"]
+            depth_range = tuple(found.normalisation["depth_range"]) if "depth" in network.heads else None
         except (KeyError, TypeError, ValueError) as error:
             raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
         found.restore("unet", network)
         network.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
-        return cls(network, (near, far))
+        return cls(network, depth_range)
 
     @property
     def stride(self) -> int:
@@ -64,7 +64,7 @@ class Translator:
         found = {"canonical": output["canonical"].clamp(0, 1)}
         if "segmentation" in output:
             found["segmentation"] = output["segmentation"].softmax(1)
-        if "depth" in output:
+        if self._depth_range is not None:
             near, far = self._depth_range
             found["depth"] = near + (far - near) * output["depth"][:, 0]
         return found

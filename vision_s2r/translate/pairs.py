@@ -1,0 +1,63 @@
+"""Pairs to learn from: a source picture as a camera sees it, and what its canonical view is."""
+
+import torch
+from torch import Tensor
+
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.images import to_float
+from vision_s2r.networks import rectification
+from vision_s2r.networks.unet import POINTS
+from vision_s2r.training import Batch, Draw, ViewSource
+from vision_s2r.translate.config import TranslateConfig
+
+TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
+
+
+class Pairs:
+    """Reads what the losses of a configuration need, and makes source and target of it."""
+
+    def __init__(self, cfg: TranslateConfig, margin: int, depth_range: tuple[float, float]):
+        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres."""
+        self._rectifies = rectifies(cfg)
+        self.names = needed(cfg)
+        self._margin, self._depth_range = margin, depth_range
+
+    def drawn(self, views: ViewSource, draw: Draw) -> Batch:
+        """The tensors of a training step, one randomised picture of each scene as its source."""
+        batch = {name: views.batch(name, draw.indices) for name in self.names}
+        randomised = views.batch("randomised", draw.indices)
+        which = draw.integers(randomised.shape[1])
+        return batch | {"source": randomised[torch.arange(len(which)), which]}
+
+    def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
+        """The tensors of held-out scenes, the (first) picture of a look as the source."""
+        batch = {name: views.batch(name, indices) for name in self.names}
+        pictures = views.batch(look, indices)
+        return batch | {"source": pictures[:, 0] if look == "randomised" else pictures}
+
+    def __call__(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
+        """The sources as a camera sees them, float [B, 3, H, W] in [0, 1] without margin, and their targets."""
+        images = to_float(batch["source"])
+        target = self._target(batch)
+        if self._rectifies:
+            truth = rectification.displacements(batch, parameters, batch["canonical"].shape[1], POINTS)
+            target["displacements"] = truth.to(images.device)
+        return camera(images, parameters, self._margin, batch["intrinsics"]), target
+
+    def _target(self, batch: Batch) -> Batch:
+        near, far = self._depth_range
+        return {
+            "canonical": to_float(batch["canonical"]),
+            "segmentation": batch["segmentation"].long(),
+            "depth": ((batch["depth"] - near) / (far - near)).unsqueeze(1),
+        }
+
+
+def rectifies(cfg: TranslateConfig) -> bool:
+    """Whether there is a rectifier that is told where to look."""
+    return cfg.network.rectifier > 0 and cfg.loss.rectification > 0
+
+
+def needed(cfg: TranslateConfig) -> tuple[str, ...]:
+    """The tensors of the views that training reads, but for the source pictures."""
+    return tuple(dict.fromkeys((*TARGETS, *rectification.SOURCES))) if rectifies(cfg) else TARGETS
