@@ -6,7 +6,7 @@ from vision_s2r.errors import UserError, nearest
 
 PICTURES = ("canonical", "source")
 APPEARANCES = ("canonical", "randomised", "real")
-POLICIES = ("canonical", "randomised")
+POLICIES = ("canonical", "randomised", "seen")
 
 
 @dataclass

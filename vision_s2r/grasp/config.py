@@ -8,8 +8,8 @@ from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 FORMS = ("crop", "trunk", "dense")
-PICTURES = ("canonical", "randomised")
-VALIDATION_PICTURES = ("canonical", "randomised", "real")
+PICTURES = ("canonical", "randomised", "seen")
+VALIDATION_PICTURES = ("canonical", "randomised", "real", "seen")
 
 
 @dataclass
@@ -60,10 +60,11 @@ class GraspConfig:
     width: int = 32  # channels of Q's first layers
     plane_height: float = 0.02  # of the plane on which pictures are measured, over the floor
     area: list[float] = field(default_factory=lambda: [0.115, 0.115])  # grasps are searched in |x| ≤, |y| ≤
-    picture: str = "canonical"  # canonical | randomised (through the training camera): what Q is trained on
+    picture: str = "canonical"  # that Q learns on: canonical | randomised (through the training camera) | seen
+    start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
     translations: float = 0.0  # part of the canonical pictures in training that a translator made of randomised ones
     with_source: bool = False  # Q also sees the picture that the canonical one was made from
-    validate_on: str = "canonical"  # canonical | randomised | real (the last two through the validation camera)
+    validate_on: str = "canonical"  # canonical | seen | randomised | real (the last two through the validation camera)
     front: NetworkConfig | None = None  # a U-Net before Q, trained with it
     rectification: float = 0.0  # weight of the error of where the front's rectifier samples the picture
     negatives: int = 0  # grasps a scene that close on nothing, as failures beside the labelled ones
@@ -112,8 +113,9 @@ def check(cfg: GraspConfig) -> None:
             "a rectifier in front"
         )
     reads_source = cfg.with_source or cfg.picture == "randomised"
-    if reads_source == (cfg.validate_on == "canonical"):
-        expected = "randomised or real" if reads_source else "canonical"
+    looked_at = ("randomised", "real") if reads_source else (cfg.picture,)
+    if cfg.validate_on not in looked_at:
+        expected = " or ".join(looked_at)
         raise UserError(f"grasp.validate_on = {cfg.validate_on}: expected {expected}, as the policy looks at that")
     _check_cem(cfg.cem)
     for key in ("blur", "noise", "brightness", "colour"):

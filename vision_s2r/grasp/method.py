@@ -19,7 +19,7 @@ from vision_s2r.grasp.q_function import Scores
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import POINTS
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, train
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, train
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
@@ -30,8 +30,8 @@ Translator = Callable[[Tensor], Tensor]  # float [B, 3, H, W] in [0, 1] to their
 class QLearning(Method):
     """Binary cross-entropy on the labels of all grasps of a scene, which share one encoding of its picture.
 
-    Q looks at canonical pictures, slightly degraded as a translator's are; or at source pictures through a camera
-    (domain randomisation); or at both.
+    Q looks at canonical pictures, slightly degraded as a translator's are, or at those that a robot recorded; or at
+    source pictures through a camera (domain randomisation); or at canonical and source pictures.
     """
 
     kind = "q_function"
@@ -50,6 +50,8 @@ class QLearning(Method):
         self._cfg, self._margin, self._translator = cfg, margin, translator
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         network = build(cfg)
+        if cfg.start:
+            checkpoint.load(cfg.start, self.kind).restore("q_function", network)
         self.networks = {"q_function": network}
         self.optimisers = {"q_function": adamw(network, cfg.training)}
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
@@ -68,8 +70,8 @@ class QLearning(Method):
         if "randomised" in batch:
             source, truth = self._seen(batch["randomised"], batch, self._camera, step.generator)
             batch = batch | truth
-        if "canonical" in batch:
-            canonical = to_float(batch["canonical"])
+        if self._cfg.picture in batch and self._cfg.picture != "randomised":
+            canonical = to_float(batch[self._cfg.picture])
             if self._translator is not None and source is not None and self._cfg.translations:
                 made = torch.rand(len(canonical), 1, 1, 1, generator=step.generator) < self._cfg.translations
                 canonical, source = torch.where(made.to(self.device), self._translator(source), canonical), None
@@ -99,7 +101,8 @@ class QLearning(Method):
         for indices in torch.arange(len(views)).split(CHUNK):
             batch = {name: views.batch(name, indices) for name in _read(self._cfg, self._cfg.validate_on)}
             batch = {name: t.to(self.device) for name, t in (batch | _labels(views, indices)).items()}
-            canonical = to_float(batch["canonical"]) if "canonical" in batch else None
+            given = self._cfg.picture != "randomised"
+            canonical = to_float(batch[self._cfg.picture]) if given else None
             source = batch.get(self._cfg.validate_on) if self._cfg.validate_on in SOURCES else None
             if source is not None:
                 source = source[:, 0] if self._cfg.validate_on == "randomised" else source
@@ -135,8 +138,8 @@ class QLearning(Method):
 
 def pictures(cfg: GraspConfig, source: str) -> list[str]:
     """Names of the pictures that Q looks at, its sources being `source`."""
-    names = ["canonical"] if cfg.picture == "canonical" else []
-    return [*names, source] if cfg.with_source or cfg.picture != "canonical" else names
+    names = [] if cfg.picture == "randomised" else [cfg.picture]
+    return [*names, source] if cfg.with_source or cfg.picture == "randomised" else names
 
 
 def _read(cfg: GraspConfig, source: str) -> list[str]:

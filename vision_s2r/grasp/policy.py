@@ -40,7 +40,7 @@ class GraspPolicy:
     def load(cls, path: str | Path, device: str | torch.device = "cpu") -> "GraspPolicy":
         """The policy of a released checkpoint. Raises UserError where the file is none."""
         found = checkpoint.load(path, "q_function")
-        cfg = _configuration(found.configuration, path)
+        cfg = configuration(found.configuration, path)
         size = found.normalisation.get("size")
         if not isinstance(size, int):
             raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
@@ -105,7 +105,7 @@ class GraspPolicy:
         return picture.float()
 
 
-def _configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
+def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
     """The policy's part of a checkpoint's configuration, typed and checked."""
     known = {field.name for field in fields(GraspConfig)}
     try:
