@@ -5,9 +5,11 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
+from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera.config import CameraConfig
 from vision_s2r.closing.config import ClosingConfig
 from vision_s2r.evaluate.config import EvaluateConfig
+from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
@@ -16,10 +18,11 @@ from vision_s2r.translate.config import TranslateConfig
 
 @dataclass
 class DataConfig:
-    """The three sets that an experiment needs; test is of objects never trained on."""
+    """The sets that an experiment needs; test is of objects never trained on."""
 
     train: RenderConfig = field(default_factory=RenderConfig)
     validation: RenderConfig = field(default_factory=RenderConfig)
+    real: RenderConfig = field(default_factory=RenderConfig)
     test: RenderConfig = field(default_factory=RenderConfig)
 
 
@@ -40,10 +43,12 @@ class Config:
     camera: CameraConfig = field(default_factory=CameraConfig)
     validation_camera: CameraConfig = field(default_factory=CameraConfig)
     translate: TranslateConfig = field(default_factory=TranslateConfig)
+    adapt: AdaptConfig = field(default_factory=AdaptConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     adapted: GraspConfig = field(default_factory=GraspConfig)
     baseline: GraspConfig = field(default_factory=GraspConfig)
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
+    finetune: FinetuneConfig = field(default_factory=FinetuneConfig)
     recording: Any = None
     closing: ClosingConfig = field(default_factory=ClosingConfig)
 

@@ -6,13 +6,18 @@ from pathlib import Path
 
 import joblib
 
+from vision_s2r.adapt import Adapted, train_adapted
+from vision_s2r.camera import Camera
+from vision_s2r.camera.presets import preset
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
+from vision_s2r.finetune import finetune
 from vision_s2r.grasp import train_policy
-from vision_s2r.render import Views, render
+from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
+from vision_s2r.training.data import RECORDED, generator
 from vision_s2r.translate import Translator, train_translator
 
 Training = Callable[[Config, int], Path]
@@ -91,6 +96,25 @@ def _baseline(cfg: Config, seed: int) -> Path:
     """Domain randomisation: a policy of the same size and cost on randomised pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
     return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
+
+
+def adapt(cfg: Config, seed: int) -> Adapted:
+    """Adaptation without pairs, which begins with a canonical policy: `adapt.policy`, or else this seed's own."""
+    settings = cfg.adapt if cfg.adapt.policy else replace(cfg.adapt, policy=str(_policy(cfg, seed)))
+    out, cameras = Path(cfg.out) / f"adapt-{seed}", (cfg.camera, cfg.validation_camera)
+    return train_adapted(*training_sets(cfg), recorded(cfg), settings, cfg.translate, cameras, out, seed)
+
+
+def recorded(cfg: Config) -> Recorded:
+    """What the robots of cfg recorded; the same for every training seed. Raises UserError unless it is rendered."""
+    cameras = [Camera.from_config(preset(name, "adapt.cameras")) for name in cfg.adapt.cameras]
+    return Recorded.by(Views.open(cfg.data.real.out), cameras, lambda scene: generator(RECORDED, *scene))
+
+
+def few_real_grasps(cfg: Config) -> Path:
+    """Success against the number of real grasps, in OUT/finetune; returns the summary."""
+    out = Path(cfg.out) / "finetune"
+    return finetune(cfg.finetune, recorded(cfg), cfg.grasp, cfg.evaluate, test_scene(cfg), out, cfg.jobs)
 
 
 def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:
