@@ -73,6 +73,10 @@ class Table:
     def _success(self) -> dict[tuple[str, str], Estimate]:
         return {key: self._bootstrap.success(self.outcomes(*key)) for key in self.cells}
 
+    def overall(self, row: str) -> np.ndarray:
+        """Share of the columns' attempts that succeeded, float [S, N]: training seeds, scenes."""
+        return np.mean([self.outcomes(row, column.name) for column in self.columns], axis=0)
+
     @cached_property
     def differences(self) -> list[Comparison]:
         """Success of one row minus another's, in each column."""
