@@ -11,7 +11,7 @@ from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
-from vision_s2r.translate.config import TranslateConfig
+from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
 
 
 @dataclass
@@ -40,6 +40,7 @@ class Config:
     camera: CameraConfig = field(default_factory=CameraConfig)
     validation_camera: CameraConfig = field(default_factory=CameraConfig)
     translate: TranslateConfig = field(default_factory=TranslateConfig)
+    benchmark: BenchmarkConfig = field(default_factory=BenchmarkConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     adapted: GraspConfig = field(default_factory=GraspConfig)
     baseline: GraspConfig = field(default_factory=GraspConfig)
