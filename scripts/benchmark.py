@@ -1,36 +1,7 @@
-"""Benchmarks, side by side in one run: `python scripts/benchmark.py render|grasp|joint|control [KEY=VALUE …]`."""
+"""Benchmarks, side by side: `python scripts/benchmark.py render|translate|grasp|joint|control [KEY=VALUE …]`."""
 
-from vision_s2r.cli import choose, compose
-from vision_s2r.config import Config
-from vision_s2r.control import benchmark as control_benchmark
-from vision_s2r.evaluate import forms
-from vision_s2r.joint import benchmark as joint_benchmark
-from vision_s2r.render import Views
-from vision_s2r.render import benchmark as render_benchmark
-
-
-def render(overrides: list[str]) -> None:
-    """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
-    cfg = compose(Config, overrides=overrides)
-    render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.render.views, cfg.seed)
-
-
-def grasp(overrides: list[str]) -> None:
-    """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
-    cfg = compose(Config, overrides=overrides)
-    policies = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]).grasp for form in forms.FORMS}
-    forms.compare(policies, Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out), cfg.scene, cfg.out)
-
-
-def joint(overrides: list[str]) -> None:
-    """Steps a second of the joint simulator, against a NumPy loop and against PyBullet."""
-    joint_benchmark.run(compose(Config, overrides=overrides).seed)
-
-
-def control(overrides: list[str]) -> None:
-    """Steps a second of the speed-tracking environment, against a Python loop of one joint."""
-    control_benchmark.run(compose(Config, overrides=overrides).seed)
-
+from vision_s2r.benchmarks import BENCHMARKS
+from vision_s2r.cli import choose
 
 if __name__ == "__main__":
-    choose("benchmark", {"render": render, "grasp": grasp, "joint": joint, "control": control})
+    choose("benchmark", BENCHMARKS)

@@ -13,7 +13,7 @@ from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
-from vision_s2r.translate.config import TranslateConfig
+from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
 
 
 @dataclass
@@ -44,6 +44,7 @@ class Config:
     validation_camera: CameraConfig = field(default_factory=CameraConfig)
     translate: TranslateConfig = field(default_factory=TranslateConfig)
     adapt: AdaptConfig = field(default_factory=AdaptConfig)
+    benchmark: BenchmarkConfig = field(default_factory=BenchmarkConfig)
     grasp: GraspConfig = field(default_factory=GraspConfig)
     adapted: GraspConfig = field(default_factory=GraspConfig)
     baseline: GraspConfig = field(default_factory=GraspConfig)

@@ -132,6 +132,13 @@ def test_interrupted_and_resumed_equals_uninterrupted_bit_for_bit(tmp_path: Path
     assert a.training == b.training
 
 
+def test_a_run_in_parts_equals_one_in_a_piece(tmp_path: Path) -> None:
+    build, numbers = partial(Regression, CFG, noise=0.1), (Numbers(20, 0), Numbers(16, 1))
+    steps = [train(build, *numbers, CFG, tmp_path / "parts", 1, part).steps for part in (0.3, 0.5, 0.5, 1)]
+    assert steps == [4, 6, 6, 12]
+    assert_same(run(tmp_path / "piece", noise=0.1), weights(tmp_path / "parts"))
+
+
 def test_the_seed_decides(tmp_path: Path) -> None:
     first = run(tmp_path / "a", noise=0.1)
     assert_same(run(tmp_path / "b", noise=0.1), first)

@@ -51,9 +51,11 @@ def train(
     cfg: TrainingConfig,
     out: Path,
     seed: int,
+    part: float = 1.0,
 ) -> Result:
     """Trains what `build` makes, or goes on with the run found in `out`; a finished one is returned as it is.
 
+    With `part` below 1 it pauses when that part of the run is done, the state saved; nothing may be released by then.
     With `strategy=ddp_spawn` everything passed here is pickled into the processes. On Ctrl-C the step
     under way is finished, the state saved and KeyboardInterrupt raised.
 
@@ -70,7 +72,8 @@ def train(
         strategy=cfg.strategy,
         precision=cfg.precision,  # type: ignore[arg-type]  # checked above
     )
-    return fabric.launch(partial(_run, build=build, views=views, validation=validation, cfg=cfg, out=out, seed=seed))
+    run = partial(_run, build=build, views=views, validation=validation, cfg=cfg, out=out, seed=seed, part=part)
+    return fabric.launch(run)
 
 
 def _run(
@@ -81,6 +84,7 @@ def _run(
     cfg: TrainingConfig,
     out: Path,
     seed: int,
+    part: float,
 ) -> Result:
     with torch.random.fork_rng(devices=[]):  # initial weights are drawn from the global generator
         torch.manual_seed(seed)
@@ -91,7 +95,7 @@ def _run(
     if run.done:
         log.info("%s: finished at step %d, not repeated", out, run.step)
     else:
-        run.loop()
+        run.loop(part)
     return fabric.broadcast(Result(out / BEST, run.best, run.step, run.seconds / 60))
 
 
@@ -183,8 +187,8 @@ class _Run:
         if self.done and not (self._out / BEST).exists():
             raise UserError(f"{self._out}: finished, but its {BEST} is gone: remove the folder to train again")
 
-    def loop(self) -> None:
-        """Trains to the end and leaves the best and the last checkpoint."""
+    def loop(self, part: float) -> None:
+        """Trains to the end and leaves the best and the last checkpoint; or up to `part` of the run, and the last."""
         if self.step:
             log.info("%s: going on at step %d", self._out, self.step)
         self._started = time.perf_counter() - self.seconds
@@ -198,13 +202,16 @@ class _Run:
                         self._save()
                         log.warning("%s: interrupted at step %d; run it again to go on", self._out, self.step)
                         raise KeyboardInterrupt
-                    if progress >= 1:
+                    if progress >= min(part, 1):
                         break
                     self._train_step(batch, progress)
                     if self.step % self._cfg.validate_every == 0:
                         self._validate()
                         self._save()
-            self._finish()
+            if progress >= 1:
+                self._finish()
+            else:
+                self._save()
 
     @property
     def _leads(self) -> bool:

@@ -69,6 +69,16 @@ class TranslateConfig:
     pictures: int = 6  # validation scenes shown in the grid
 
 
+@dataclass
+class BenchmarkConfig:
+    """How the translator is measured against the network of the literature."""
+
+    minutes: float = 3.0  # of training of each network
+    slices: int = 12  # in which they take turns; each ends with a validation
+    width: int = 64  # channels of the first level of the literature's network
+    learning_rate: float = 1e-3  # its highest
+
+
 def check(cfg: TranslateConfig) -> None:
     """Raises UserError where a value is out of its range."""
     training_config.check(cfg.training)
@@ -91,3 +101,10 @@ def check(cfg: TranslateConfig) -> None:
         raise UserError(f"translate.validate_on = '{cfg.validate_on}': {nearest(cfg.validate_on, PICTURES)}")
     if cfg.pictures <= 0:
         raise UserError(f"translate.pictures = {cfg.pictures}: expected a number above 0")
+
+
+def check_benchmark(cfg: BenchmarkConfig) -> None:
+    """Raises UserError where a value is out of its range."""
+    for key, value in asdict(cfg).items():
+        if value <= 0:
+            raise UserError(f"benchmark.{key} = {value}: expected a number above 0")

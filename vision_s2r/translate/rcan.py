@@ -97,7 +97,7 @@ class Rcan(Method):
         """
         found: dict[str, list[Tensor]] = {}
         for indices in torch.arange(len(views)).split(CHUNK):
-            source, target = self._held_out(views, indices, generator)
+            source, target = self.held_out(views, indices, generator)
             for name, values in self._measure(self.networks["unet"](source), target).items():
                 found.setdefault(name, []).append(values.double().cpu())
         sums = {name: torch.cat(values).sum(0) for name, values in found.items()}
@@ -109,7 +109,7 @@ class Rcan(Method):
 
     def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
         indices = torch.arange(min(self._cfg.pictures, len(views)))
-        source, target = self._held_out(views, indices, generator)
+        source, target = self.held_out(views, indices, generator)
         output = self.networks["unet"](source)
         columns = [source, output["canonical"], target["canonical"]]
         if "segmentation" in output:
@@ -119,6 +119,13 @@ class Rcan(Method):
             columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
         found = {"translation": pictures.grid(columns)}
         return found | ({"ranges": draw(self._widening)} if self._widening else {})
+
+    def held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
+        """Pictures through the validation camera, float [B, 3, H, W] in [0, 1], and their targets, on the device."""
+        camera = self._validation_camera
+        return self._pairs(
+            self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
+        )
 
     def state(self) -> dict[str, Any]:
         return self._widening.state() if self._widening else {}
@@ -147,13 +154,6 @@ class Rcan(Method):
         source, target = self._pairs(batch, self._camera, parameters)
         error = (self.networks["unet"](source)["canonical"] - target["canonical"]).abs()
         return (losses.weights(self._cfg.loss, target) * error).mean((1, 2, 3))
-
-    def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
-        """Pictures through the validation camera, and their targets."""
-        camera = self._validation_camera
-        return self._pairs(
-            self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
-        )
 
     def _read(self, views: ViewSource, indices: Tensor) -> Batch:
         """Held-out views of the look that the validation camera has, on the device."""
@@ -209,6 +209,16 @@ def train_translator(
     configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
+    check_views(cfg, views, validation)
+    widening = (
+        Widening(cfg.widening, Camera.from_config(camera), validation, seed, out) if cfg.widening.limits else None
+    )
+    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening)
+    return train(method, views, validation, cfg.training, out, seed).best
+
+
+def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource) -> None:
+    """Raises UserError where views to train and to validate on do not fit the configuration or each other."""
     stride = 2**cfg.network.levels
     for part, source in (("training", views), ("validation", validation)):
         if source.size % stride:
@@ -219,11 +229,6 @@ def train_translator(
                 raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
-    widening = (
-        Widening(cfg.widening, Camera.from_config(camera), validation, seed, out) if cfg.widening.limits else None
-    )
-    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening)
-    return train(method, views, validation, cfg.training, out, seed).best
 
 
 def depth_range(views: ViewSource) -> tuple[float, float]:
