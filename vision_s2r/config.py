@@ -5,6 +5,7 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
+from vision_s2r.ablation.config import AblationConfig
 from vision_s2r.camera.config import CameraConfig
 from vision_s2r.closing.config import ClosingConfig
 from vision_s2r.evaluate.config import EvaluateConfig
@@ -46,6 +47,7 @@ class Config:
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
     recording: Any = None
     closing: ClosingConfig = field(default_factory=ClosingConfig)
+    ablation: AblationConfig = field(default_factory=AblationConfig)
 
 
 ConfigStore.instance().store("schema", node=Config)
