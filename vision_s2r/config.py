@@ -5,6 +5,7 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
+from vision_s2r.ablation.config import AblationConfig
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera.config import CameraConfig
 from vision_s2r.closing.config import ClosingConfig
@@ -52,6 +53,7 @@ class Config:
     finetune: FinetuneConfig = field(default_factory=FinetuneConfig)
     recording: Any = None
     closing: ClosingConfig = field(default_factory=ClosingConfig)
+    ablation: AblationConfig = field(default_factory=AblationConfig)
 
 
 ConfigStore.instance().store("schema", node=Config)

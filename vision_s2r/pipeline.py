@@ -14,7 +14,7 @@ from vision_s2r.config import Config
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.finetune import finetune
-from vision_s2r.grasp import train_policy
+from vision_s2r.grasp import Judge, train_policy
 from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
 from vision_s2r.training.data import RECORDED, generator
@@ -54,11 +54,16 @@ def training_sets(cfg: Config) -> tuple[Views, Views]:
 
 def train(cfg: Config) -> Checkpoints:
     """Train every network of every seed, `cfg.jobs` at a time; returns the best checkpoints."""
-    first: dict[str, Training] = {"translator": _translator, "policy": _policy}
+    first: dict[str, Training] = {"translator": paired_translator, "policy": canonical_policy}
     if cfg.with_baseline:
         first["baseline"] = _baseline
     found = _train_all(cfg, first)
     return found | (_train_all(cfg, {"adapted": _adapted}) if cfg.with_adapted else {})
+
+
+def canonical_policies(cfg: Config) -> list[str]:
+    """Train the canonical policy of every seed alone, as `train` does."""
+    return _train_all(cfg, {"policy": canonical_policy})["policy"]
 
 
 def _train_all(cfg: Config, trainings: dict[str, Training]) -> Checkpoints:
@@ -74,13 +79,19 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
     return training(cfg, seed)
 
 
-def _translator(cfg: Config, seed: int) -> Path:
+def paired_translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomised pictures through the training camera to canonical ones."""
     out = Path(cfg.out) / f"translator-{seed}"
-    return train_translator(*training_sets(cfg), cfg.translate, cfg.camera, cfg.validation_camera, out, seed)
+    cameras = cfg.camera, cfg.validation_camera
+    return train_translator(*training_sets(cfg), cfg.translate, *cameras, out, seed, judge(cfg))
 
 
-def _policy(cfg: Config, seed: int) -> Path:
+def judge(cfg: Config) -> Judge | None:
+    """The policy that judges translations, where one is configured. Raises UserError where it is none."""
+    return Judge.load(cfg.translate.q_function) if cfg.translate.q_function else None
+
+
+def canonical_policy(cfg: Config, seed: int) -> Path:
     """The policy that only ever sees canonical views."""
     out = Path(cfg.out) / f"policy-{seed}"
     return train_policy(*training_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
@@ -88,7 +99,7 @@ def _policy(cfg: Config, seed: int) -> Path:
 
 def _adapted(cfg: Config, seed: int) -> Path:
     """The canonical policy, which this seed's translator helps to train."""
-    out, translator = Path(cfg.out) / f"adapted-{seed}", Translator.load(_translator(cfg, seed))
+    out, translator = Path(cfg.out) / f"adapted-{seed}", Translator.load(paired_translator(cfg, seed))
     return train_policy(*training_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
 
 
@@ -100,7 +111,7 @@ def _baseline(cfg: Config, seed: int) -> Path:
 
 def adapt(cfg: Config, seed: int) -> Adapted:
     """Adaptation without pairs, which begins with a canonical policy: `adapt.policy`, or else this seed's own."""
-    settings = cfg.adapt if cfg.adapt.policy else replace(cfg.adapt, policy=str(_policy(cfg, seed)))
+    settings = cfg.adapt if cfg.adapt.policy else replace(cfg.adapt, policy=str(canonical_policy(cfg, seed)))
     out, cameras = Path(cfg.out) / f"adapt-{seed}", (cfg.camera, cfg.validation_camera)
     return train_adapted(*training_sets(cfg), recorded(cfg), settings, cfg.translate, cameras, out, seed)
 

@@ -4,11 +4,13 @@ Outcomes are arrays bool [S, N]: S training seeds, each on the same N scenes. At
 other (a hard scene is hard for every seed), as do those of one seed, so they are no S x N independent trials.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.stats import binomtest
+from scipy.stats import t as student
 from statsmodels.stats.proportion import proportion_confint
 
 CONFIDENCE = 0.95
@@ -78,13 +80,13 @@ class Bootstrap:
         return Estimate(float(value), low, high)
 
     def success(self, outcomes: np.ndarray) -> Estimate:
-        """Share of successes in outcomes [S, N].
+        """Share of successes in outcomes [S, N], or in shares of several attempts in each scene.
 
-        One seed: Wilson's interval. Several: the bootstrap's, or, where all attempts ended alike and no resample
-        can differ, Wilson's with one trial a scene.
+        One seed and attempt: Wilson's interval. Several: the bootstrap's, or, where all attempts ended alike and no
+        resample can differ, Wilson's with one trial a scene.
         """
         value = float(outcomes.mean())
-        if len(outcomes) > 1 and 0 < value < 1:
+        if 0 < value < 1 and (len(outcomes) > 1 or not np.isin(outcomes, (0, 1)).all()):
             return _percentiles(value, self.means(outcomes))
         return wilson(round(value * self.scenes), self.scenes)
 
@@ -93,6 +95,15 @@ def wilson(successes: int, attempts: int) -> Estimate:
     """Share of successes of independent attempts, with Wilson's score interval."""
     low, high = proportion_confint(successes, attempts, alpha=1 - CONFIDENCE, method="wilson")
     return Estimate(successes / attempts, float(low), float(high))
+
+
+def over_trainings(values: np.ndarray) -> Estimate:
+    """Mean of a number a training [S], with Student's t interval; of one training nothing is known: nan."""
+    mean, count = float(values.mean()), len(values)
+    if count < 2:
+        return Estimate(mean, math.nan, math.nan)
+    reach = float(student.ppf((1 + CONFIDENCE) / 2, count - 1) * values.std(ddof=1) / math.sqrt(count))
+    return Estimate(mean, mean - reach, mean + reach)
 
 
 def mcnemar(first: np.ndarray, second: np.ndarray) -> float:

@@ -22,7 +22,7 @@ from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
 from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
-from vision_s2r.pipeline import render_sets, test_scene, training_sets
+from vision_s2r.pipeline import judge, render_sets, test_scene, training_sets
 from vision_s2r.render import Views
 from vision_s2r.statistics import Bootstrap, Estimate
 from vision_s2r.translate import train_translator
@@ -105,7 +105,7 @@ def _fine_tuned(cfg: Config, camera: CameraConfig, out: Path) -> Path:
         validate_every=max(cfg.closing.steps // 4, 1),
     )
     translate = replace(cfg.translate, start=cfg.closing.translator, training=training)
-    return train_translator(*training_sets(cfg), translate, camera, camera, out, cfg.seed)
+    return train_translator(*training_sets(cfg), translate, camera, camera, out, cfg.seed, judge(cfg))
 
 
 def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:

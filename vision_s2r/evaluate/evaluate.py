@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import asdict
 from functools import cache, partial
+from multiprocessing import current_process
 from pathlib import Path
 
 from rich.console import Console
@@ -58,7 +59,8 @@ class _Cells:
         self._read(seen)
         cells: dict[tuple[str, str], list[Cell]] = {}
         bars = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        with Progress(*bars, console=CONSOLE) as progress:
+        alone = current_process().name == "MainProcess"  # bars of several processes would overwrite each other
+        with Progress(*bars, console=CONSOLE, disable=not alone) as progress:
             count = len(seen) * sum(map(len, self._rows.values()))
             task = progress.add_task("grasps", total=count * len(self._scenes))
             for column in seen:

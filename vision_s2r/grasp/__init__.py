@@ -8,7 +8,8 @@ randomisation) source pictures alone.
 
 from vision_s2r.grasp.compare import compare_forms
 from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.judge import Judge
 from vision_s2r.grasp.method import train_policy
 from vision_s2r.grasp.policy import GraspPolicy, Grasps
 
-__all__ = ["GraspConfig", "GraspPolicy", "Grasps", "compare_forms", "train_policy"]
+__all__ = ["GraspConfig", "GraspPolicy", "Grasps", "Judge", "compare_forms", "train_policy"]

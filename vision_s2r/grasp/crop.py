@@ -5,6 +5,8 @@ the bin the grasp is. Crops are of raw pixels: convolving the picture first and 
 no better.
 """
 
+import itertools
+
 from torch import Tensor, nn
 
 from vision_s2r.grasp.config import CropConfig
@@ -39,6 +41,13 @@ class CropQ(QFunction):
     def score(self, encoding: Encoding, grasps: Tensor) -> Tensor:
         crops = self.crops(encoding, grasps)
         return self.network(crops.flatten(0, 1)).view(grasps.shape[:2])
+
+    def perceive(self, encoding: Encoding, grasps: Tensor) -> list[Tensor]:
+        """Activations of each convolution [B·K, C, h, w] on the crops of the grasps."""
+        found = [self.crops(encoding, grasps).flatten(0, 1)]
+        for layer in itertools.takewhile(lambda layer: not isinstance(layer, nn.Flatten), self.network):
+            found.append(layer(found[-1]))
+        return found[1:]
 
     def crops(self, encoding: Encoding, grasps: Tensor) -> Tensor:
         """[B, K, C, rows, columns]: the window on each grasp; columns go along its closing axis."""

@@ -39,14 +39,7 @@ class GraspPolicy:
     @classmethod
     def load(cls, path: str | Path, device: str | torch.device = "cpu") -> "GraspPolicy":
         """The policy of a released checkpoint. Raises UserError where the file is none."""
-        found = checkpoint.load(path, "q_function")
-        cfg = configuration(found.configuration, path)
-        size = found.normalisation.get("size")
-        if not isinstance(size, int):
-            raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
-        q_function = build(cfg)
-        found.restore("q_function", q_function)
-        return cls(q_function, cfg, size, device)
+        return cls(*load_q(path), device)
 
     @torch.no_grad()
     def act(
@@ -103,6 +96,21 @@ class GraspPolicy:
         if not (picture.amin() >= 0 and picture.amax() <= 1):
             raise UserError(f"{what} with values outside [0, 1]: expected [0, 1], or uint8 [B, H, W, 3]")
         return picture.float()
+
+
+def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
+    """The Q-function of a released checkpoint, its configuration, and the side of its pictures (px).
+
+    Raises UserError where the file is none.
+    """
+    found = checkpoint.load(path, "q_function")
+    cfg = configuration(found.configuration, path)
+    size = found.normalisation.get("size")
+    if not isinstance(size, int):
+        raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
+    q_function = build(cfg)
+    found.restore("q_function", q_function)
+    return q_function, cfg, size
 
 
 def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:

@@ -51,6 +51,13 @@ class QFunction(nn.Module, ABC):
     def score(self, encoding: Encoding, grasps: Tensor) -> Tensor:
         """Logits [B, K] of grasps [B, K, 3] in encoded pictures."""
 
+    def perceive(self, encoding: Encoding, grasps: Tensor) -> list[Tensor]:
+        """Activations of Q on encoded pictures, layer by layer, which tell how alike two pictures are to it.
+
+        Here what all grasps share, the features; forms that look at each grasp give what they see there.
+        """
+        return [encoding.features]
+
     def encode(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor) -> Encoding:
         """The part of Q that all grasps in a picture share."""
         homography = plane_homography(intrinsics, extrinsics, self.plane_height)

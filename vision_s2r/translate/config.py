@@ -9,6 +9,7 @@ from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 PICTURES = ("randomised", "real")
+PICTURE_TERMS = ("image", "gradient", "ssim", "adversarial", "perceptual", "vgg")  # what the picture is learnt from
 
 
 @dataclass
@@ -31,6 +32,8 @@ class LossConfig:
     depth: float = 0.2  # absolute error of the depth, in parts of its range
     rectification: float = 1.0  # absolute error of where the rectifier samples the picture
     adversarial: float = 0.0  # against the patch discriminator
+    perceptual: float = 0.0  # absolute difference of the frozen Q-network's activations at random grasps
+    vgg: float = 0.0  # of VGG-16's, pretrained on ImageNet
     adversarial_form: str = "hinge"  # hinge | least_squares
     focus: float = 2.0  # how much more object pixels count in image, gradient and depth than all others
 
@@ -64,6 +67,7 @@ class TranslateConfig:
         default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=32, metric="l1", mode="min")
     )
     widening: WideningConfig = field(default_factory=WideningConfig)
+    q_function: str = ""  # a released canonical policy that judges translations; empty: none does
     start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
     validate_on: str = "real"  # randomised | real: what the validation camera looks at
     pictures: int = 6  # validation scenes shown in the grid
@@ -89,8 +93,13 @@ def check(cfg: TranslateConfig) -> None:
     for key, value in asdict(cfg.loss).items():
         if key != "adversarial_form" and value < 0:
             raise UserError(f"translate.loss.{key} = {value}: expected a weight of 0 or more")
-    if cfg.loss.image + cfg.loss.gradient + cfg.loss.ssim <= 0:
-        raise UserError("translate.loss: image, gradient and ssim are all 0: expected one of them above 0")
+    if not any(getattr(cfg.loss, name) for name in PICTURE_TERMS):
+        raise UserError(f"translate.loss: {', '.join(PICTURE_TERMS)} are all 0: expected one of them above 0")
+    if cfg.loss.perceptual > 0 and not cfg.q_function:
+        raise UserError(
+            f"translate.loss.perceptual = {cfg.loss.perceptual}, but translate.q_function is empty: "
+            "expected a policy's best.safetensors"
+        )
     form, forms = cfg.loss.adversarial_form, ("hinge", "least_squares")
     if form not in forms:
         raise UserError(f"translate.loss.adversarial_form = '{form}': {nearest(form, forms)}")

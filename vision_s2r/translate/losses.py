@@ -76,6 +76,14 @@ def supervised(cfg: LossConfig, output: Maps, target: Maps) -> Maps:
     return {name: term(output, target, weight) for name, term in wanted.items()}
 
 
+def perceptual(made: list[Tensor], true: list[Tensor]) -> Tensor:
+    """Absolute difference of a frozen network's activations, each layer alike (Johnson et al. 2016, arXiv:1603.08155).
+
+    `made`, `true`: its layers' activations on the translated and the true canonical pictures.
+    """
+    return torch.stack([F.l1_loss(ours, theirs) for ours, theirs in zip(made, true, strict=True)]).mean()
+
+
 def weights(cfg: LossConfig, target: Maps) -> Tensor:
     """How much each pixel counts [B, 1, H, W]: objects more."""
     return 1 + cfg.focus * (target["segmentation"] == OBJECT).unsqueeze(1).to(torch.float32)

@@ -11,15 +11,19 @@ from vision_s2r.training import Batch, Draw, ViewSource
 from vision_s2r.translate.config import TranslateConfig
 
 TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
+CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a judge reads beside the pictures
 
 
 class Pairs:
     """Reads what the losses of a configuration need, and makes source and target of it."""
 
-    def __init__(self, cfg: TranslateConfig, margin: int, depth_range: tuple[float, float]):
-        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres."""
-        self._rectifies = rectifies(cfg)
-        self.names = needed(cfg)
+    def __init__(self, cfg: TranslateConfig, margin: int, depth_range: tuple[float, float], judged: bool = False):
+        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
+
+        `judged`: whether a policy judges the pictures: targets then have its camera, held-out ones labelled grasps.
+        """
+        self._rectifies, self._labels = rectifies(cfg), LABELS if judged else ()
+        self.names = needed(cfg, judged)
         self._margin, self._depth_range = margin, depth_range
 
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
@@ -31,7 +35,7 @@ class Pairs:
 
     def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
         """The tensors of held-out scenes, the (first) picture of a look as the source."""
-        batch = {name: views.batch(name, indices) for name in self.names}
+        batch = {name: views.batch(name, indices) for name in (*self.names, *self._labels)}
         pictures = views.batch(look, indices)
         return batch | {"source": pictures[:, 0] if look == "randomised" else pictures}
 
@@ -50,7 +54,7 @@ class Pairs:
             "canonical": to_float(batch["canonical"]),
             "segmentation": batch["segmentation"].long(),
             "depth": ((batch["depth"] - near) / (far - near)).unsqueeze(1),
-        }
+        } | {name: batch[name].float() for name in (*CAMERA, *LABELS) if name in batch}
 
 
 def rectifies(cfg: TranslateConfig) -> bool:
@@ -58,6 +62,7 @@ def rectifies(cfg: TranslateConfig) -> bool:
     return cfg.network.rectifier > 0 and cfg.loss.rectification > 0
 
 
-def needed(cfg: TranslateConfig) -> tuple[str, ...]:
+def needed(cfg: TranslateConfig, judged: bool = False) -> tuple[str, ...]:
     """The tensors of the views that training reads, but for the source pictures."""
-    return tuple(dict.fromkeys((*TARGETS, *rectification.SOURCES))) if rectifies(cfg) else TARGETS
+    sources = rectification.SOURCES if rectifies(cfg) else ()
+    return tuple(dict.fromkeys((*TARGETS, *sources, *(CAMERA if judged else ()))))

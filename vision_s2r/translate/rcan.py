@@ -15,10 +15,11 @@ from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
-from vision_s2r.translate import losses, pictures
+from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
-from vision_s2r.translate.pairs import Pairs, needed
+from vision_s2r.translate.pairs import LABELS, Pairs, needed
+from vision_s2r.translate.perceptual import Judge, Vgg
 from vision_s2r.translate.range_picture import draw
 from vision_s2r.translate.widening import Widening
 
@@ -40,14 +41,17 @@ class Rcan(Method):
         margin: int,
         depth_range: tuple[float, float],
         widening: Widening | None = None,
+        judge: Judge | None = None,
     ):
         """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
 
-        `widening`: whose ranges take the place of the camera's.
+        `widening`: whose ranges take the place of the camera's. `judge`: a frozen policy that validation asks, and the
+        perceptual loss.
         """
-        self._widening = widening
+        self._widening, self._judge = widening, judge
+        self._vgg = Vgg() if cfg.loss.vgg > 0 else None
         self._cfg, self._depth_range = cfg, depth_range
-        self._pairs = Pairs(cfg, margin, depth_range)
+        self._pairs = Pairs(cfg, margin, depth_range, judged=judge is not None)
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
         unet = UNet(cfg.network, heads)
@@ -61,9 +65,7 @@ class Rcan(Method):
             self.networks["discriminator"] = discriminator
             self.optimisers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
-        self.configuration = asdict(cfg) | {"heads": heads} | cameras
-        if widening is None:
-            del self.configuration["widening"]  # what is off shapes nothing
+        self.configuration = _configuration(cfg) | {"heads": heads} | cameras
         self.normalisation = {"depth_range": list(depth_range)}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
@@ -75,7 +77,7 @@ class Rcan(Method):
             self._probe(self._widening, step)
         source, target = self._pairs(batch, self._camera, self._drawn(batch, step))
         output = self.networks["unet"](source)
-        terms = losses.supervised(cfg, output, target)
+        terms = losses.supervised(cfg, output, target) | self._perceived(output, target, step)
         if "discriminator" not in self.networks:
             step.optimise(losses.weighted(cfg, terms), "unet")
             return terms
@@ -93,15 +95,22 @@ class Rcan(Method):
 
         Of the picture: l1, psnr (dB), ssim, and l1 of its object pixels alone (object_l1); intersection over union
         of the object class (object_iou); absolute errors of depth (depth_error, m) and of the places that the
-        rectifier samples (rectification_error, px). And of ranges that widen: width, entropy.
+        rectifier samples (rectification_error, px). Of a judge: q_difference, auc, as it says. Of ranges that widen:
+        width, entropy.
         """
         found: dict[str, list[Tensor]] = {}
+        scores: list[Tensor] = []
         for indices in torch.arange(len(views)).split(CHUNK):
             source, target = self.held_out(views, indices, generator)
-            for name, values in self._measure(self.networks["unet"](source), target).items():
+            output = self.networks["unet"](source)
+            for name, values in self._measure(output, target).items():
                 found.setdefault(name, []).append(values.double().cpu())
+            if self._judge:
+                scores.append(perceptual.scores(self._judge, output["canonical"].clamp(0, 1), target).cpu())
         sums = {name: torch.cat(values).sum(0) for name, values in found.items()}
         metrics = {name: float(part / whole) for name, (part, whole) in sums.items()}
+        if self._judge:
+            metrics |= self._judge.measure(*torch.cat(scores).unbind(-1))
         if self._widening:
             self._widening.note()
             metrics |= self._widening.metrics()
@@ -133,6 +142,17 @@ class Rcan(Method):
     def restore(self, state: dict[str, Any]) -> None:
         if self._widening:
             self._widening.restore(state)
+
+    def _perceived(self, output: Batch, target: Batch, step: Step) -> dict[str, Tensor]:
+        """The terms that compare the pictures as frozen networks see them, without their weights."""
+        found, pictures = {}, (output["canonical"], target["canonical"])
+        if self._judge and self._cfg.loss.perceptual > 0:
+            grasps = self._judge.grasps(len(pictures[0]), step.generator).to(self.device)
+            where = target["intrinsics"], target["extrinsics"], grasps
+            found["perceptual"] = losses.perceptual(*(self._judge.activations(each, *where) for each in pictures))
+        if self._vgg:
+            found["vgg"] = losses.perceptual(*map(self._vgg, pictures))
+        return found
 
     def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
         """What the camera does to the pictures of a training step."""
@@ -202,29 +222,37 @@ def train_translator(
     validation_camera: CameraConfig,
     out: Path,
     seed: int,
+    judge: Judge | None = None,
 ) -> Path:
     """Trains RCAN in the folder `out`, or goes on there, and returns the best checkpoint.
 
-    `camera` is drawn from during training, `validation_camera` chooses the checkpoint. Raises UserError where the
-    configuration or the views do not fit, and as `vision_s2r.training.train`.
+    `camera` is drawn from during training, `validation_camera` chooses the checkpoint. `judge`: the policy that
+    `cfg.q_function` names. Raises UserError where the configuration or the views do not fit, and as
+    `vision_s2r.training.train`.
     """
     check(cfg)
-    check_views(cfg, views, validation)
+    if judge and judge.size != views.size:
+        raise UserError(f"{cfg.q_function} judges pictures of {judge.size} px: the views have {views.size} px")
+    check_views(cfg, views, validation, judged=judge is not None)
     widening = (
         Widening(cfg.widening, Camera.from_config(camera), validation, seed, out) if cfg.widening.limits else None
     )
-    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening)
+    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening, judge)
     return train(method, views, validation, cfg.training, out, seed).best
 
 
-def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource) -> None:
-    """Raises UserError where views to train and to validate on do not fit the configuration or each other."""
+def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource, judged: bool = False) -> None:
+    """Raises UserError where views to train and to validate on do not fit the configuration or each other.
+
+    `judged`: whether a policy judges the pictures, and wants labels.
+    """
     stride = 2**cfg.network.levels
     for part, source in (("training", views), ("validation", validation)):
         if source.size % stride:
             raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
         picture = "randomised" if part == "training" else cfg.validate_on
-        for name in (picture, *needed(cfg)):
+        labels = LABELS if judged and part == "validation" else ()
+        for name in (picture, *needed(cfg, judged), *labels):
             if name not in source.names:
                 raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
     if views.margin != validation.margin:
@@ -238,6 +266,19 @@ def depth_range(views: ViewSource) -> tuple[float, float]:
     if not near < far:
         raise UserError(f"training views are {near} m deep everywhere: expected scenes with depth")
     return near, far
+
+
+def _configuration(cfg: TranslateConfig) -> dict[str, Any]:
+    """What shapes a run: all but what is off, so that runs from before there was such a thing go on."""
+    found = asdict(cfg)
+    if not cfg.widening.limits:
+        del found["widening"]
+    if not cfg.q_function:
+        del found["q_function"]
+    for name in ("perceptual", "vgg"):
+        if not found["loss"][name]:
+            del found["loss"][name]
+    return found
 
 
 def _ratio(numerator: Tensor, denominator: Any = None) -> Tensor:

@@ -1,0 +1,104 @@
+"""The ablation from its command line, small, and what it makes of results."""
+
+import csv
+import json
+import logging
+import os
+import signal
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vision_s2r.ablation.job import Result
+from vision_s2r.ablation.summary import Summary
+from vision_s2r.ablation.sweep import ablate
+from vision_s2r.cli import compose
+from vision_s2r.config import Config
+from vision_s2r.translate.rcan import Rcan
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """`python scripts/ablate.py ablation=debug` with more overrides; returns its folder."""
+
+    def call(*more: str) -> Path:
+        data = [f"data.{part}.out={tmp_path}/{part}" for part in ("train", "validation", "test")]
+        arguments = ["ablate.py", "ablation=debug", f"out={tmp_path}/out", *data, *more]
+        monkeypatch.setattr(sys, "argv", arguments)
+        ablate()
+        return tmp_path / "out"
+
+    return call
+
+
+def exit_code(call, *arguments: str) -> int:
+    with pytest.raises(SystemExit) as left:
+        call(*arguments)
+    return int(left.value.code)
+
+
+def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, caplog, capsys) -> None:
+    assert exit_code(run, "ablation.arms=[perceptual_alon]") == 2
+    assert "no arm 'perceptual_alon', did you mean 'perceptual_alone'?" in capsys.readouterr().err
+
+    step_of = Rcan.training_step
+
+    def killed(self: Rcan, batch, step):
+        if step.index == 2:
+            os.kill(os.getpid(), signal.SIGINT)
+        return step_of(self, batch, step)
+
+    caplog.set_level(logging.INFO)
+    monkeypatch.setattr(Rcan, "training_step", killed)
+    assert exit_code(run) == 130
+    monkeypatch.setattr(Rcan, "training_step", step_of)
+    out = run()
+    assert "full-0/translator-0: going on at step 3" in caplog.text and "2 of 2 jobs are done" in caplog.text
+
+    rows = list(csv.DictReader((out / "ablation.csv").open()))
+    by_arm = {row["arm"]: row for row in rows if row["measure"] == "success"}
+    assert set(by_arm) == {"full", "perceptual_alone"}
+    change = float(by_arm["perceptual_alone"]["value"]) - float(by_arm["full"]["value"])
+    assert float(by_arm["perceptual_alone"]["change"]) == pytest.approx(change) and not by_arm["full"]["change"]
+    assert {"l1", "psnr", "q_difference", "auc", "success webcam"} <= {row["measure"] for row in rows}
+    assert (out / "ablation.png").stat().st_size > 0
+
+    made = {path: path.stat().st_mtime_ns for path in [*out.rglob("*.safetensors"), *out.rglob("result.json")]}
+    assert len(made) == 5
+    monkeypatch.setattr(Rcan, "training_step", None)
+    run()
+    assert {path: path.stat().st_mtime_ns for path in made} == made
+
+    assert exit_code(run, "translate.loss.depth=9") == 2
+    assert "translator.loss.depth = 0.2, now it is 9" in capsys.readouterr().err
+
+
+def test_changes_are_paired_over_scenes_and_trainings(tmp_path: Path) -> None:
+    cfg = compose(Config, "ablation", ["ablation.arms=[no_depth]", "evaluate.seed=1"])
+    rng = np.random.default_rng(0)
+    full = rng.random((3, 400)) < 0.8
+    less = full & (rng.random((3, 400)) > 0.05)  # 5 % of the scenes lost in every training
+
+    def result(success: np.ndarray, training: int, **metrics: float) -> Result:
+        return Result({"webcam": success[training], "harsh": success[training]}, metrics)
+
+    summary = Summary(
+        cfg,
+        {
+            "full": [result(full, k, l1=0.1 + 0.01 * k, depth_error=0.1) for k in range(3)],
+            "no_depth": [result(less, k, l1=0.12 + 0.01 * k) for k in range(3)],
+        },
+    )
+    row = summary.rows["no_depth", "success"]
+    assert row.change is not None and row.change.value == pytest.approx(less.mean() - full.mean())
+    assert row.change.high < 0  # far less wide than either arm's own interval
+    assert row.change.high - row.change.low < 0.7 * (row.value.high - row.value.low)
+    l1 = summary.rows["no_depth", "l1"]
+    assert l1.value.value == pytest.approx(0.13) and l1.value.low < 0.12 < 0.14 < l1.value.high
+    assert l1.change is not None and l1.change.low == pytest.approx(0.02) == l1.change.high
+    assert ("no_depth", "depth_error") not in summary.rows
+    summary.write(tmp_path)
+    content = json.loads((tmp_path / "ablation.json").read_text())
+    assert content["scenes"] == 400 and content["cameras"] == ["webcam", "harsh"]

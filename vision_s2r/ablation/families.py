@@ -1,0 +1,40 @@
+"""Families of translators: which part of the configuration an arm changes, and what trains the result."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from vision_s2r import pipeline
+from vision_s2r.ablation.config import AblationConfig
+from vision_s2r.config import Config
+from vision_s2r.errors import UserError, nearest
+
+
+@dataclass(frozen=True)
+class Family:
+    """`key`: of the root configuration, whose `loss` arms change; `train`: to a released translator below `out`."""
+
+    key: str
+    train: Callable[[Config, int], Path]
+
+    def changed(self, cfg: Config, loss: Mapping[str, float]) -> Config:
+        """cfg with these weights. Raises UserError, with the nearest name, for a term that there is none of."""
+        part = getattr(cfg, self.key)
+        terms = asdict(part.loss)
+        for term in loss:
+            if term not in terms:
+                raise UserError(f"{self.key}.loss has no term '{term}': {nearest(term, terms)}")
+        return replace(cfg, **{self.key: replace(part, loss=replace(part.loss, **loss))})
+
+
+FAMILIES: Mapping[str, Family] = {
+    "paired": Family("translate", pipeline.paired_translator),
+}
+
+
+def family_of(cfg: AblationConfig) -> Family:
+    """That of the job's arm. Raises UserError for one that there is none of."""
+    name = cfg.definitions[cfg.arm].family
+    if name not in FAMILIES:
+        raise UserError(f"arm {cfg.arm}: no family '{name}', {nearest(name, FAMILIES)}")
+    return FAMILIES[name]

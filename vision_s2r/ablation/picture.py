@@ -1,0 +1,72 @@
+"""The ablation as a picture: the change of success of each arm, and its metrics."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vision_s2r.ablation.summary import METRICS, SUCCESS, Summary, shown
+from vision_s2r.files import write_figure
+
+INK, RULE = "#1f2328", "#9aa5b1"
+COLOURS = ("#2f7ed8", "#d9702e", "#2b9348")  # by family, in order
+MAP = "RdBu"  # worse than the reference red, better blue
+STRONGEST = 0.5  # change, as a share of the reference's value, from which on the colour is the strongest
+DPI = 130
+
+
+def draw(summary: Summary, path: Path) -> Path:
+    """Left: change of success in points with 95 % intervals. Right: every metric, coloured by its change.
+
+    Returns the PNG's path.
+    """
+    count = len(summary.arms)
+    figure = Figure(figsize=(12, 1.6 + 0.42 * count), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
+    _changes(left, summary)
+    _metrics(right, summary)
+    left.set_yticks(range(count), [arm.replace("_", " ") for arm in summary.arms])
+    left.set_ylim(count - 0.5, -0.5)
+    return write_figure(path, figure, DPI)
+
+
+def _changes(axes: Axes, summary: Summary) -> None:
+    families = list(dict.fromkeys(map(summary.family, summary.arms)))
+    axes.axvline(0, color=RULE, lw=1)
+    for at, arm in enumerate(summary.arms):
+        colour = COLOURS[families.index(summary.family(arm)) % len(COLOURS)]
+        row = summary.rows[arm, SUCCESS]
+        if row.change is None:
+            axes.plot(0, at, "D", color=colour, ms=6)
+            axes.annotate(f"{100 * row.value.value:.1f} %", (0, at), (7, 0), textcoords="offset points", va="center")
+            continue
+        low, value, high = (100 * end for end in (row.change.low, row.change.value, row.change.high))
+        axes.plot([low, high], [at, at], color=colour, lw=1.5)
+        axes.plot(value, at, "o", color=colour, ms=6)
+    axes.set_xlabel(f"change of grasp success, points ({', '.join(summary.cameras)}; {summary.scenes} scenes)")
+    axes.grid(axis="x", alpha=0.3)
+    axes.spines[["top", "right"]].set_visible(False)
+
+
+def _metrics(axes: Axes, summary: Summary) -> None:
+    better = np.full((len(summary.arms), len(METRICS)), np.nan)  # relative, positive where better
+    for at, arm in enumerate(summary.arms):
+        for column, (metric, less) in enumerate(METRICS.items()):
+            row = summary.rows.get((arm, metric))
+            if row is None:
+                continue
+            reach = row.value.high - row.value.value
+            text = shown(row.value.value) + (f"\n±{reach:.1g}" if math.isfinite(reach) else "")
+            axes.text(column, at, text, ha="center", va="center", fontsize=7.5, color=INK)
+            if row.change is not None:
+                base = abs(row.value.value - row.change.value) or 1.0
+                better[at, column] = (-1 if less else 1) * row.change.value / base
+    axes.imshow(better, cmap=MAP, vmin=-STRONGEST, vmax=STRONGEST, aspect="auto", alpha=0.6)
+    axes.set_xticks(
+        range(len(METRICS)), [f"{name} {'↓' if less else '↑'}" for name, less in METRICS.items()], fontsize=7.5
+    )
+    axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False, labelleft=False)
+    axes.set_xlabel("validation, mean over seeds ± 95 %; blue better, red worse than the reference", fontsize=8)
+    axes.spines[:].set_visible(False)

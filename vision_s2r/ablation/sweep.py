@@ -1,0 +1,64 @@
+"""The ablation: what all jobs need, a Hydra multirun over arms and seeds, and what comes of it."""
+
+import json
+import logging
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from vision_s2r import pipeline
+from vision_s2r.ablation import job, picture
+from vision_s2r.ablation.config import check
+from vision_s2r.ablation.summary import Summary
+from vision_s2r.cli import compose, log_to_terminal, main, or_exit
+from vision_s2r.config import Config
+
+log = logging.getLogger(__name__)
+NAME = "ablation"  # of the configuration, and of what is written
+
+
+def ablate() -> None:
+    """Run the ablation that the command line describes, or go on with it.
+
+    Hydra's own flags (--help, --cfg job, --multirun with a sweep of one's own) go to Hydra as they are.
+    """
+    if not any(argument.startswith("-") for argument in sys.argv[1:]):
+        or_exit(_whole)
+    else:
+        main(job.run, Config, NAME)
+
+
+def _whole() -> None:
+    overrides = sys.argv[1:]
+    cfg = prepared(compose(Config, NAME, overrides))
+    sys.argv[1:] = ["--multirun", *overrides, *sweep(cfg)]
+    main(job.run, Config, NAME)
+    print(f"picture: {finish(cfg)}")
+
+
+def prepared(cfg: Config) -> Config:
+    """Render and train what all jobs share; cfg with a policy for each seed. Raises UserError as they do."""
+    log_to_terminal()
+    check(cfg.ablation, cfg.seeds)
+    pipeline.render_sets(cfg)
+    return replace(cfg, ablation=replace(cfg.ablation, policy=cfg.ablation.policy or pipeline.canonical_policies(cfg)))
+
+
+def sweep(cfg: Config) -> list[str]:
+    """Hydra's overrides: every selected arm with every seed."""
+    jobs = job.jobs(cfg)
+    log.info("%s: %d arms × %d seeds", cfg.out, len(jobs), cfg.seeds)
+    seeds = range(cfg.seed, cfg.seed + cfg.seeds)
+    return [
+        f"ablation.policy={json.dumps(cfg.ablation.policy)}",
+        f"ablation.arm={','.join(jobs)}",
+        f"ablation.seed={','.join(map(str, seeds))}",
+    ]
+
+
+def finish(cfg: Config) -> Path:
+    """Write the table (CSV, JSON) and the picture of finished jobs; returns the picture's path."""
+    results = {arm: [job.read(each) for each in seeds] for arm, seeds in job.jobs(cfg).items()}
+    summary = Summary(cfg, results)
+    summary.write(Path(cfg.out))
+    return picture.draw(summary, Path(cfg.out) / f"{NAME}.png")
