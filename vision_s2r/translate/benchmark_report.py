@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 from rich.console import Console
 from rich.table import Table
 
@@ -21,6 +22,10 @@ def draw(found: dict[str, Any], path: Path) -> Path:
         picture_axes.plot([row["pictures"] for row in network["curve"]], errors, "o-", ms=3, lw=1.2)
     time_axes.set(xlabel="seconds of training", ylabel=f"validation error ({found['error']})", yscale="log")
     picture_axes.set(xlabel="pictures seen", xscale="log")
+    picture_axes.xaxis.set_minor_formatter(NullFormatter())
+    for axis in (time_axes.yaxis, picture_axes.xaxis):
+        axis.set_major_formatter("{x:g}")
+    time_axes.yaxis.set_minor_formatter("{x:g}")
     for axes in (time_axes, picture_axes):
         axes.grid(alpha=0.3, which="both")
     time_axes.legend(frameon=False, fontsize=8)
