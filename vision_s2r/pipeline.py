@@ -56,7 +56,7 @@ def train(cfg: Config) -> Checkpoints:
     """Train every network of every seed, `cfg.jobs` at a time; returns the best checkpoints."""
     first: dict[str, Training] = {"translator": paired_translator, "policy": canonical_policy}
     if cfg.with_baseline:
-        first["baseline"] = _baseline
+        first["baseline"] = baseline
     found = _train_all(cfg, first)
     return found | (_train_all(cfg, {"adapted": _adapted}) if cfg.with_adapted else {})
 
@@ -103,7 +103,7 @@ def _adapted(cfg: Config, seed: int) -> Path:
     return train_policy(*training_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
 
 
-def _baseline(cfg: Config, seed: int) -> Path:
+def baseline(cfg: Config, seed: int) -> Path:
     """Domain randomisation: a policy of the same size and cost on randomised pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
     return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)

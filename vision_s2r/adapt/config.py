@@ -33,8 +33,9 @@ class AdaptConfig:
     discriminator: DiscriminatorConfig = field(default_factory=DiscriminatorConfig)
     loss: AdaptLossConfig = field(default_factory=AdaptLossConfig)
     training: TrainingConfig = field(
-        default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=4, metric="auc", mode="max")
+        default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=4, metric="auc_mean", mode="max")
     )
+    way_back: bool = True  # whether there is a generator from real to canonical pictures
     # That recorded the real pictures, names in configs/camera: as many robots.
     cameras: list[str] = field(default_factory=lambda: ["webcam", "industrial", "phone", "harsh"])
     translator: str = ""  # a released one, which the generator to canonical pictures begins as; empty: fresh
@@ -44,11 +45,6 @@ class AdaptConfig:
     grasps: int = 6  # random ones a real picture, for its triple
     negatives: int = 8  # grasps a canonical picture that close on nothing, as failures beside the labelled ones
     pictures: int = 6  # validation scenes shown in the grid
-
-
-def cycles(cfg: AdaptLossConfig) -> bool:
-    """Whether there is a generator from real to canonical pictures."""
-    return cfg.cycle > 0 or cfg.rl_scene > 0 or cfg.paired > 0
 
 
 def check(cfg: AdaptConfig) -> None:
@@ -69,6 +65,9 @@ def check(cfg: AdaptConfig) -> None:
             raise UserError(f"adapt.{key} = {getattr(cfg, key)}: expected a number above 0")
     if cfg.negatives < 0:
         raise UserError(f"adapt.negatives = {cfg.negatives}: expected 0 or more")
+    for key in ("cycle", "rl_scene", "paired"):
+        if getattr(cfg.loss, key) > 0 and not cfg.way_back:
+            raise UserError(f"adapt.loss.{key} = {getattr(cfg.loss, key)}: expected 0 without adapt.way_back")
     if not cfg.cameras:
         raise UserError("adapt.cameras is empty: expected the names of those that recorded the real pictures")
     if not cfg.policy:

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from vision_s2r.adapt import losses
-from vision_s2r.adapt.config import AdaptConfig, cycles
+from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
@@ -69,7 +69,7 @@ class Adaptation(Method):
         maps = {"picture": 3} | ({"segmentation": len(CLASSES)} if cfg.loss.segmentation > 0 else {})
         self.networks = {"to_real": UNet(cfg.network, maps)}
         shape = {}
-        if cycles(cfg.loss):
+        if cfg.way_back:
             own = not cfg.loss.paired and not cfg.translator
             network = cfg.network if own else translate.network
             shape = {"network": asdict(network), "heads": {"canonical": 3} if own else heads_for(translate.loss)}
@@ -215,8 +215,8 @@ class Adaptation(Method):
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
         """Over the validation views, real pictures through the validation camera.
 
-        `auc_real`: as `grasp.metrics.measure`, of the Q of real pictures; `auc_canonical`, of the canonical policy on
-        translated ones; `auc`: their mean. `l1`: absolute error of the translated pictures; `q_difference`: absolute
+        `auc_real`: as `grasp.metrics.measure`, of the Q of real pictures; `auc`, of the canonical policy on translated
+        ones; `auc_mean`: their mean. `l1`: absolute error of the translated pictures; `q_difference`: absolute
         difference of the policy's chances on them and on the true canonical ones.
         """
         found: dict[str, list[Tensor]] = {}
@@ -225,21 +225,19 @@ class Adaptation(Method):
                 found.setdefault(name, []).append(values.float().cpu())
         whole = {name: torch.cat(parts) for name, parts in found.items()}
         success = whole.pop("success")
-        aucs = {
-            f"auc_{name}": measure(whole.pop(name), success)["auc"] for name in ("real", "canonical") if name in whole
-        }
-        return {"auc": sum(aucs.values()) / len(aucs)} | aucs | {k: float(v.mean()) for k, v in whole.items()}
+        aucs = {name: measure(whole.pop(name), success)["auc"] for name in ("auc_real", "auc") if name in whole}
+        return {"auc_mean": sum(aucs.values()) / len(aucs)} | aucs | {k: float(v.mean()) for k, v in whole.items()}
 
     def _measure(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> Batch:
         batch = {name: views.batch(name, indices).to(self.device) for name in ("canonical", *LABELS)}
         y, canonical = self._held_out(views, indices, generator), to_float(batch["canonical"])
         batch |= {"grasps": batch["grasps"].float()}
-        found = {"success": batch["success"].float(), "real": self._q("q_real", batch, y)}
+        found = {"success": batch["success"].float(), "auc_real": self._q("q_real", batch, y)}
         if "to_canonical" in self.networks:
             translated = self._canonical(y).clamp(0, 1)
-            found["canonical"] = self._q("policy", batch, translated)
+            found["auc"] = self._q("policy", batch, translated)
             truth = self._q("policy", batch, canonical).sigmoid()
-            found["q_difference"] = (found["canonical"].sigmoid() - truth).abs().mean(1)
+            found["q_difference"] = (found["auc"].sigmoid() - truth).abs().mean(1)
             found["l1"] = (translated - canonical).abs().mean((1, 2, 3))
         return found
 

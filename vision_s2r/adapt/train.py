@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.adapt.config import AdaptConfig, check, cycles
+from vision_s2r.adapt.config import AdaptConfig, check
 from vision_s2r.adapt.method import KIND, LABELS, Adaptation
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError, nearest
@@ -65,7 +65,7 @@ def _release(path: Path, cfg: AdaptConfig) -> Adapted:
     cameras = {name: known[name] for name in ("camera", "validation_camera")}
     policy = path.with_name("policy.safetensors")
     _save(policy, found, "q_function", {"q_real": "q_function"}, known["policy"] | cameras)
-    if not cycles(cfg.loss):
+    if not cfg.way_back:
         return Adapted(policy, None)
     translator = path.with_name("translator.safetensors")
     network = {"network": known["network"], "heads": known["heads"]}
