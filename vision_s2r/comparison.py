@@ -8,8 +8,10 @@ import joblib
 
 from vision_s2r import pipeline
 from vision_s2r.config import Config
+from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
+from vision_s2r.finetune import Start, finetune
 from vision_s2r.render import render
 
 Released = Mapping[str, str]  # by row: a checkpoint, of a policy or of a translator
@@ -21,12 +23,33 @@ def compare(cfg: Config) -> Path:
     A row is there for each way from a real picture to a grasp: METHOD, its translator before the canonical policy, and
     METHOD_policy, its own policy on the picture itself.
     """
+    cfg = trained(cfg)
+    evaluate(cfg.evaluate, pipeline.test_scene(cfg))
+    return Path(cfg.evaluate.out) / "index.html"
+
+
+def few_real_grasps(cfg: Config) -> Path:
+    """Success against the number of real grasps, in OUT/finetune; returns the summary.
+
+    Starts are rows of the comparison, whose networks are trained where they are not yet.
+    """
+    found = trained(cfg).evaluate.rows
+    for name in cfg.finetune.starts:
+        if name not in found:
+            raise UserError(f"finetune.starts: no row '{name}' in evaluate.rows, {nearest(name, found)}")
+    starts = {name: Start(found[name].policy, found[name].translator) for name in cfg.finetune.starts}
+    out = Path(cfg.out) / "finetune"
+    return finetune(
+        cfg.finetune, starts, pipeline.recorded(cfg), cfg.grasp, cfg.evaluate, pipeline.test_scene(cfg), out, cfg.jobs
+    )
+
+
+def trained(cfg: Config) -> Config:
+    """cfg whose rows have their checkpoints: renders and trains what is missing."""
     pipeline.render_sets(cfg)
     render(cfg.scene, cfg.data.real)
     policies = pipeline.canonical_policies(cfg)
-    cfg = replace(cfg, evaluate=replace(cfg.evaluate, rows=rows(cfg, policies, _trained(cfg, policies))))
-    evaluate(cfg.evaluate, pipeline.test_scene(cfg))
-    return Path(cfg.evaluate.out) / "index.html"
+    return replace(cfg, evaluate=replace(cfg.evaluate, rows=rows(cfg, policies, _trained(cfg, policies))))
 
 
 def rows(cfg: Config, policies: list[str], released: list[list[Released]]) -> dict[str, RowConfig]:

@@ -13,7 +13,6 @@ from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
-from vision_s2r.finetune import finetune
 from vision_s2r.grasp import Judge, train_policy
 from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
@@ -120,12 +119,6 @@ def recorded(cfg: Config) -> Recorded:
     """What the robots of cfg recorded; the same for every training seed. Raises UserError unless it is rendered."""
     cameras = [Camera.from_config(preset(name, "adapt.cameras")) for name in cfg.adapt.cameras]
     return Recorded.by(Views.open(cfg.data.real.out), cameras, lambda scene: generator(RECORDED, *scene))
-
-
-def few_real_grasps(cfg: Config) -> Path:
-    """Success against the number of real grasps, in OUT/finetune; returns the summary."""
-    out = Path(cfg.out) / "finetune"
-    return finetune(cfg.finetune, recorded(cfg), cfg.grasp, cfg.evaluate, test_scene(cfg), out, cfg.jobs)
 
 
 def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:

@@ -6,6 +6,6 @@ real grasps.
 """
 
 from vision_s2r.finetune.config import FinetuneConfig
-from vision_s2r.finetune.finetune import finetune
+from vision_s2r.finetune.finetune import Start, finetune
 
-__all__ = ["FinetuneConfig", "finetune"]
+__all__ = ["FinetuneConfig", "Start", "finetune"]

@@ -10,23 +10,11 @@ SCRATCH = "from_scratch"
 
 
 @dataclass
-class StartConfig:
-    """A policy to begin with.
-
-    `policy` and `translator` hold a checkpoint for each training seed; a translator of None: the policy looks at real
-    pictures as they are. Without policies the start is left out.
-    """
-
-    policy: list[str] = field(default_factory=list)
-    translator: list[str] | None = None
-
-
-@dataclass
 class FinetuneConfig:
     """The curve: starts, numbers of real grasps, and how long each training is."""
 
     counts: list[int] = field(default_factory=lambda: [0, 50, 200, 1000, 5000])
-    starts: dict[str, StartConfig] = field(default_factory=dict)
+    starts: list[str] = field(default_factory=list)  # rows of the comparison
     seeds: int = 3  # of the policy that learns from real grasps alone
     epochs: float = 30.0
     least_steps: int = 60
@@ -47,11 +35,5 @@ def check(cfg: FinetuneConfig) -> None:
     for key in ("seeds", "epochs", "least_steps", "most_steps", "scratch_steps"):
         if getattr(cfg, key) <= 0:
             raise UserError(f"finetune.{key} = {getattr(cfg, key)}: expected a number above 0")
-    for name, start in cfg.starts.items():
-        if start.translator is not None and len(start.translator) != len(start.policy):
-            raise UserError(
-                f"finetune.starts.{name}: {len(start.translator)} translators for {len(start.policy)} policies, "
-                "expected one for each"
-            )
     if SCRATCH in cfg.starts:
         raise UserError(f"finetune.starts.{SCRATCH}: the name is taken by the policy without a start")

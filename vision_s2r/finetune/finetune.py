@@ -3,7 +3,7 @@
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +18,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.evaluate import EvaluateConfig, Table, evaluate
 from vision_s2r.evaluate.config import RowConfig
 from vision_s2r.files import write
-from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, StartConfig, check
+from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, check
 from vision_s2r.finetune.picture import draw
 from vision_s2r.grasp import GraspConfig, train_policy
 from vision_s2r.grasp.policy import configuration
@@ -29,6 +29,17 @@ from vision_s2r.training import checkpoint
 from vision_s2r.translate import Translator
 
 SUMMARY, CSV, PICTURE = "finetune.json", "finetune.csv", "finetune.png"
+
+
+@dataclass(frozen=True)
+class Start:
+    """What a fine-tuning begins with: checkpoints of policies, one for each training seed, and what they look through.
+
+    A translator of None: the policy looks at real pictures as they are.
+    """
+
+    policy: list[str]
+    translator: list[str] | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +60,7 @@ class Job:
 
 def finetune(
     cfg: FinetuneConfig,
+    starts: Mapping[str, Start],
     recorded: Recorded,
     scratch: GraspConfig,
     table: EvaluateConfig,
@@ -58,16 +70,16 @@ def finetune(
 ) -> Path:
     """Do, or go on with, all trainings and the evaluation; returns the summary (JSON).
 
-    Grasps are taken in whole scenes, the first of `recorded`. `scratch` is the form of the policy that knows real
-    grasps alone, `table` the evaluation, of which rows and columns are set here. Raises UserError where there are too
-    few real grasps, and as `train_policy` and `evaluate`.
+    `starts`: by name. Grasps are taken in whole scenes, the first of `recorded`. `scratch` is the form of the policy
+    that knows real grasps alone, `table` the evaluation, of which rows and columns are set here. Raises UserError where
+    there are too few real grasps, and as `train_policy` and `evaluate`.
     """
     check(cfg)
     each = recorded.batch("success", torch.arange(1)).shape[1]
     if max(cfg.counts) // each > len(recorded):
         most = len(recorded) * each
         raise UserError(f"finetune.counts has {max(cfg.counts)}: {most} real grasps are recorded, expected no more")
-    todo = list(_jobs(cfg))
+    todo = list(_jobs(cfg, starts))
     calls = (joblib.delayed(_trained)(cfg, job, recorded, scratch, max(job.count // each, 1), out) for job in todo)
     paths = joblib.Parallel(n_jobs=jobs)(calls)
     rows: dict[str, RowConfig] = {}
@@ -92,9 +104,8 @@ def finetune(
     return _summary(cfg, evaluate(settings, scene), todo, each, out)
 
 
-def _jobs(cfg: FinetuneConfig) -> Iterator[Job]:
-    starts = cfg.starts | {SCRATCH: StartConfig([""] * cfg.seeds)}
-    for name, start in starts.items():
+def _jobs(cfg: FinetuneConfig, starts: Mapping[str, Start]) -> Iterator[Job]:
+    for name, start in {**starts, SCRATCH: Start([""] * cfg.seeds)}.items():
         translators: Sequence[str | None] = start.translator or [None] * len(start.policy)
         for seed, (policy, translator) in enumerate(zip(start.policy, translators, strict=True)):
             yield from (Job(name, seed, policy, translator, count) for count in cfg.counts if policy or count)
