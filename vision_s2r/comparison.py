@@ -12,7 +12,6 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig
 from vision_s2r.finetune import Start, finetune
-from vision_s2r.render import render
 
 Released = Mapping[str, str]  # by row: a checkpoint, of a policy or of a translator
 
@@ -46,8 +45,7 @@ def few_real_grasps(cfg: Config) -> Path:
 
 def trained(cfg: Config) -> Config:
     """cfg whose rows have their checkpoints: renders and trains what is missing."""
-    pipeline.render_sets(cfg)
-    render(cfg.scene, cfg.data.real)
+    pipeline.render_sets(cfg, real=True)
     policies = pipeline.canonical_policies(cfg)
     return replace(cfg, evaluate=replace(cfg.evaluate, rows=rows(cfg, policies, _trained(cfg, policies))))
 

@@ -34,11 +34,16 @@ def run(cfg: Config) -> Path:
     return Path(table.out) / "index.html"
 
 
-def render_sets(cfg: Config) -> None:
-    """Render what is missing of the training, validation and test scenes. Raises UserError as `render` does."""
+def render_sets(cfg: Config, real: bool = False) -> None:
+    """Render what is missing of the training, validation and test scenes; and of the `real` ones that robots record.
+
+    Raises UserError as `render` does.
+    """
     render(cfg.scene, cfg.data.train)
     render(cfg.scene, cfg.data.validation)
     render(test_scene(cfg), cfg.data.test)
+    if real:
+        render(cfg.scene, cfg.data.real)
 
 
 def test_scene(cfg: Config) -> SceneConfig:

@@ -24,7 +24,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """`python scripts/ablate.py ablation=debug` with more overrides; returns its folder."""
 
     def call(*more: str) -> Path:
-        data = [f"data.{part}.out={tmp_path}/{part}" for part in ("train", "validation", "test")]
+        data = [f"data.{part}.out={tmp_path}/{part}" for part in ("train", "validation", "real", "test")]
         arguments = ["ablate.py", "ablation=debug", f"out={tmp_path}/out", *data, *more]
         monkeypatch.setattr(sys, "argv", arguments)
         ablate()
@@ -55,18 +55,19 @@ def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, ca
     assert exit_code(run) == 130
     monkeypatch.setattr(Rcan, "training_step", step_of)
     out = run()
-    assert "full-0/translator-0: going on at step 3" in caplog.text and "2 of 2 jobs are done" in caplog.text
+    assert "full-0/translator-0: going on at step 3" in caplog.text and "4 of 4 jobs are done" in caplog.text
 
     rows = list(csv.DictReader((out / "ablation.csv").open()))
     by_arm = {row["arm"]: row for row in rows if row["measure"] == "success"}
-    assert set(by_arm) == {"full", "perceptual_alone"}
-    change = float(by_arm["perceptual_alone"]["value"]) - float(by_arm["full"]["value"])
-    assert float(by_arm["perceptual_alone"]["change"]) == pytest.approx(change) and not by_arm["full"]["change"]
+    assert set(by_arm) == {"full", "perceptual_alone", "rl_cyclegan", "no_cycle"}
+    for arm, reference in (("perceptual_alone", "full"), ("no_cycle", "rl_cyclegan")):
+        change = float(by_arm[arm]["value"]) - float(by_arm[reference]["value"])
+        assert float(by_arm[arm]["change"]) == pytest.approx(change) and not by_arm[reference]["change"]
     assert {"l1", "psnr", "q_difference", "auc", "success webcam"} <= {row["measure"] for row in rows}
     assert (out / "ablation.png").stat().st_size > 0
 
     made = {path: path.stat().st_mtime_ns for path in [*out.rglob("*.safetensors"), *out.rglob("result.json")]}
-    assert len(made) == 5
+    assert len(made) == 13  # a policy; of the unpaired arms also the whole and its policy
     monkeypatch.setattr(Rcan, "training_step", None)
     run()
     assert {path: path.stat().st_mtime_ns for path in made} == made

@@ -27,8 +27,17 @@ class Family:
         return replace(cfg, **{self.key: replace(part, loss=replace(part.loss, **loss))})
 
 
+def _unpaired(cfg: Config, seed: int) -> Path:
+    """The generator to canonical pictures; the policy that judges is the one that both Q-functions begin as."""
+    adapted = pipeline.adapt(replace(cfg, adapt=replace(cfg.adapt, policy=cfg.translate.q_function)), seed)
+    if adapted.translator is None:
+        raise UserError("adapt.way_back is false: expected true, the ablation is of translators")
+    return adapted.translator
+
+
 FAMILIES: Mapping[str, Family] = {
     "paired": Family("translate", pipeline.paired_translator),
+    "unpaired": Family("adapt", _unpaired),
 }
 
 

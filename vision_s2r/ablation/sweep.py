@@ -40,7 +40,7 @@ def prepared(cfg: Config) -> Config:
     """Render and train what all jobs share; cfg with a policy for each seed. Raises UserError as they do."""
     log_to_terminal()
     check(cfg.ablation, cfg.seeds)
-    pipeline.render_sets(cfg)
+    pipeline.render_sets(cfg, real=True)
     return replace(cfg, ablation=replace(cfg.ablation, policy=cfg.ablation.policy or pipeline.canonical_policies(cfg)))
 
 
