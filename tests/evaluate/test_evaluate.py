@@ -138,6 +138,7 @@ def test_the_page_shows_every_column_and_stands_alone(finished):
     text = (Path(cfg.out) / "index.html").read_text()
     for name in COLUMNS:
         assert f"<th>{name}</th>" in text and f"<h3>{name}</h3>" in text
+    assert cv2.imread(str(Path(cfg.out) / "strip.png")).shape[0] > len(cfg.rows) * drawing.TILE
     failures = page.worst_failures(table)
     assert failures and text.count("<img ") == len(COLUMNS) * 4 + len(failures)
     assert not re.search(r"""(?:src|href)=["'](?!data:)""", text)

@@ -10,6 +10,7 @@ from vision_s2r.scene import arm
 
 TILE = 128  # px: pictures are enlarged by a whole factor to about this
 FRAME = 3  # px
+LABEL = 110  # px, left of a strip
 SUCCESS, FAILURE, NEUTRAL, INK = (46, 160, 67), (218, 54, 51), (208, 215, 222), (255, 0, 200)  # RGB
 GRASP_HEIGHT = 0.02  # m over the floor: about where the fingers meet an object
 SUBPIXEL = 4  # bits of a coordinate's fraction that OpenCV draws with
@@ -58,9 +59,26 @@ def strip(tiles: list[np.ndarray]) -> np.ndarray:
     return np.concatenate([part for each in tiles for part in (each, gap)][:-1], axis=1)
 
 
-def data_uri(picture: np.ndarray) -> str:
-    """The picture as PNG inside an address, for a page that stands alone."""
+def sheet(strips: dict[str, np.ndarray]) -> np.ndarray:
+    """Strips [H, W, 3] of the same size under each other, their labels to the left: uint8 RGB."""
+    rows = []
+    for label, picture in strips.items():
+        margin = np.full((len(picture) + 2 * FRAME, LABEL, 3), 255, np.uint8)
+        for line, word in enumerate(label.split("_")):
+            cv2.putText(margin, word, (4, 24 + 18 * line), cv2.FONT_HERSHEY_SIMPLEX, 0.45, (40, 40, 40), 1, cv2.LINE_AA)
+        wide = cv2.copyMakeBorder(picture, FRAME, FRAME, 0, FRAME, cv2.BORDER_CONSTANT, value=(255, 255, 255))
+        rows.append(np.concatenate([margin, wide], axis=1))
+    return np.concatenate(rows)
+
+
+def png(picture: np.ndarray) -> bytes:
+    """uint8 RGB [H, W, 3] as a PNG file."""
     done, encoded = cv2.imencode(".png", picture[..., ::-1], [cv2.IMWRITE_PNG_COMPRESSION, 6])
     if not done:
         raise UserError(f"a picture of shape {picture.shape} cannot be encoded as PNG")
-    return "data:image/png;base64," + base64.b64encode(encoded.tobytes()).decode()
+    return encoded.tobytes()
+
+
+def data_uri(picture: np.ndarray) -> str:
+    """The picture as PNG inside an address, for a page that stands alone."""
+    return "data:image/png;base64," + base64.b64encode(png(picture)).decode()

@@ -1,5 +1,6 @@
 """The page: the table, and what it looks like."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,10 @@ class Failure:
 
 
 def write(table: Table, rows: dict[str, list[Runner]], path: Path) -> None:
-    """Write one page that needs no other file. Raises UserError where that cannot be."""
+    """Write one page that needs no other file, and the strips of the first camera beside it as strip.png.
+
+    Raises UserError where that cannot be.
+    """
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("vision_s2r.evaluate"),
         autoescape=True,
@@ -37,15 +41,19 @@ def write(table: Table, rows: dict[str, list[Runner]], path: Path) -> None:
         lstrip_blocks=True,
     )
     environment.filters["words"] = lambda name: name.replace("_", " ")
+    strips = {column.name: dict(_strips(table, rows, column)) for column in table.columns}
     text = environment.get_template(TEMPLATE).render(
         table=table,
         differences=_by_pair(table.differences),
         ratios=_by_pair(table.ratios),
         cameras=_cameras(table),
-        strips={column.name: list(_strips(table, rows, column)) for column in table.columns},
+        strips={name: {row: drawing.data_uri(each) for row, each in found.items()} for name, found in strips.items()},
         failures=[_failure(table, rows, failure) for failure in worst_failures(table)],
     )
     files.write(path, text)
+    shown = next((column.name for column in table.columns if column.camera), table.columns[0].name)
+    if strips[shown]:
+        files.write(path.with_name("strip.png"), drawing.png(drawing.sheet(strips[shown])))
 
 
 def worst_failures(table: Table) -> list[Failure]:
@@ -84,8 +92,8 @@ def _cameras(table: Table) -> list[dict[str, Any]]:
     ]
 
 
-def _strips(table: Table, rows: dict[str, list[Runner]], column: Column) -> Any:
-    """(label, picture) of the first scenes: the pictures, unless a row shows them; what each row saw and chose."""
+def _strips(table: Table, rows: dict[str, list[Runner]], column: Column) -> Iterator[tuple[str, np.ndarray]]:
+    """(label, uint8 RGB) of the first scenes: the pictures, unless a row shows them; what each row saw and chose."""
     count = min(table.cfg.strip, len(table.scenes))
     if not count:
         return
@@ -94,12 +102,12 @@ def _strips(table: Table, rows: dict[str, list[Runner]], column: Column) -> Any:
     geometry = list(zip(views.all("intrinsics").numpy(), views.all("extrinsics").numpy(), strict=True))
     if not any(runners[0].sees_source for runners in rows.values()):
         plain = [drawing.tile(picture, *camera) for picture, camera in zip(source.numpy(), geometry, strict=True)]
-        yield "picture", drawing.data_uri(drawing.strip(plain))
+        yield "picture", drawing.strip(plain)
     for row, runners in rows.items():
         cell = table.cells[row, column.name][0]
         seen = runners[0].look(source, canonical).numpy()
         tiles = [drawing.tile(seen[k], *geometry[k], cell.grasps[k], bool(cell.success[k])) for k in range(count)]
-        yield row, drawing.data_uri(drawing.strip(tiles))
+        yield row, drawing.strip(tiles)
 
 
 def _failure(table: Table, rows: dict[str, list[Runner]], failure: Failure) -> dict[str, Any]:
