@@ -29,6 +29,11 @@ def test_a_mistake_names_the_nearest_valid_one(override, message):
         compose(Config, overrides=[override])
 
 
+def test_methods_are_compared_on_the_renders_of_the_table():
+    cfg = compose(Config, overrides=["experiment=methods"])
+    assert cfg.data.test.out == "renders/cpu/test" and cfg.seeds == 3 and "graspgan_policy" in cfg.evaluate.rows
+
+
 @pytest.mark.parametrize("name", ["demo", "full", "debug", "cpu"])
 def test_experiments_compose_and_are_typed(name):
     cfg = compose(Config, overrides=[f"experiment={name}", "translate.loss.adversarial=0", "camera=none"])
