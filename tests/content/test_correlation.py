@@ -7,6 +7,7 @@ import pytest
 
 from vision_s2r.content.correlation import correlate
 from vision_s2r.content.points import Point
+from vision_s2r.content.report import Report
 
 COLUMNS = {"easy": 0.8, "hard": 0.3}
 
@@ -48,3 +49,12 @@ def test_the_same_measurement_counts_once_and_one_translator_has_no_interval():
     assert once["camera"].overall == twice["camera"].overall
     alone = {each.metric: each for each in correlate([p for p in given if p.translator == "t0"] * 2, 0)}
     assert math.isnan(alone["good"].overall.low)
+
+
+def test_no_metric_is_praised_for_going_the_wrong_way():
+    given = points(4)
+    for point in given:
+        point.measures["psnr"] = point.measures["good"]  # falls as success rises: wrong of it, right of "good"
+    overall, within, _ = Report.of(given, 0).verdict().splitlines()
+    assert overall == "over all points, good goes with success most closely (ρ = -1.00)"
+    assert within.startswith("within columns, good goes")

@@ -62,7 +62,7 @@ def content(report: Report, path: Path) -> Path:
         found = [report.overall(row, metric) for metric in ERRORS]
         value, low, high = (np.array([getattr(each, end) for each in found]) for end in ("value", "low", "high"))
         axes.bar(at, value, width, color=f"C{k}", label=row)
-        axes.errorbar(at, value, yerr=[value - low, high - value], fmt="none", ecolor="0.2", lw=1, capsize=2)
+        axes.errorbar(at, value, yerr=np.abs([low - value, high - value]), fmt="none", ecolor="0.2", lw=1, capsize=2)
     axes.set_xticks(range(len(ERRORS)), list(ERRORS.values()), fontsize=9)
     axes.set_ylabel("rate, all columns")
     axes.grid(axis="y", alpha=0.3)

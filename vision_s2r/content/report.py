@@ -22,6 +22,7 @@ FORMAT = "vision-s2r/metrics/1"
 ALL = "all"
 SUCCESS = "success"
 SHARES = (SUCCESS, "dropped", "moved", "recoloured")
+HIGHER_IS_BETTER = ("psnr", "ssim", "object_iou")
 COUNTS = (*SHARES, "invented")  # which is a scene, and may be above 1
 
 
@@ -109,14 +110,19 @@ class Report:
 
 
 def _verdict(correlations: list[Correlation], kind: str, words: str) -> str:
-    values = {each.metric: getattr(each, kind).value for each in correlations}
-    ranked = sorted((m for m, value in values.items() if math.isfinite(value)), key=lambda m: -abs(values[m]))
+    """By ρ with the sign that it should have: no metric is praised for going the wrong way."""
+    found: dict[str, Estimate] = {each.metric: getattr(each, kind) for each in correlations}
+    right = {m: each.value if m in HIGHER_IS_BETTER else -each.value for m, each in found.items()}
+    ranked = sorted((m for m, value in right.items() if math.isfinite(value)), key=lambda m: -right[m])
     if not ranked:
         return f"{words}: too few points"
-    best = f"{words}, {ranked[0]} goes with success most closely (ρ = {values[ranked[0]]:.2f})"
+    best = found[ranked[0]]
+    sure = right[ranked[0]] > 0 and not best.low <= 0 <= best.high
+    doubt = "" if sure else ", which its interval or its sign does not bear out"
+    text = f"{words}, {ranked[0]} goes with success most closely (ρ = {best.value:.2f}{doubt})"
     if "q_difference" not in ranked[1:]:
-        return best
-    return f"{best}; q_difference is number {ranked.index('q_difference') + 1} (ρ = {values['q_difference']:.2f})"
+        return text
+    return f"{text}; q_difference is number {ranked.index('q_difference') + 1} (ρ = {found['q_difference'].value:.2f})"
 
 
 def _groups(points: Sequence[Point]) -> dict[tuple[str, str, int | str], list[Point]]:
