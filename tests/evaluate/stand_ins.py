@@ -51,6 +51,13 @@ class GreenPolicy:
             q.append(greenness.max() / 255**3)
         return Grasps(torch.tensor(actions, dtype=torch.float32), torch.tensor(q))
 
+    def score(self, canonical, intrinsics, extrinsics, grasps, source=None):
+        """How green the picture is in the half that a grasp is in, left or right."""
+        assert canonical.dtype == torch.uint8 and grasps.shape == (len(canonical), grasps.shape[1], 3)
+        is_green = (canonical[..., 1].int() - canonical[..., [0, 2]].amax(-1).int() > 20).float()
+        left, right = (half.mean((1, 2))[:, None] for half in is_green.split(SIZE // 2, dim=2))
+        return torch.where(grasps[..., 0] < 0, left, right)
+
 
 class MirrorTranslator:
     """The picture in a mirror."""

@@ -73,6 +73,8 @@ def test_the_other_forms_learn(form: str, steps: int, batch: int, auc: float, tm
 def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
     policy, seeds, given = GraspPolicy.load(crop), torch.arange(9), [t[:9] for t in inputs()]
     together = policy.act(*given, seeds)
+    scored = policy.score(*given, together.actions[:, None])
+    torch.testing.assert_close(scored[:, 0], together.q, atol=1e-4, rtol=0)
     assert torch.equal(policy.act(*given, seeds).actions, together.actions)
     alone = policy.act(*(t[7:8] for t in given), seeds[7:8])
     torch.testing.assert_close(alone.actions[0], together.actions[7], atol=1e-4, rtol=0)

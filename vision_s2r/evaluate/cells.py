@@ -51,3 +51,8 @@ class Cell:
 def fingerprint(*inputs: Any) -> str:
     """SHA-256 of JSON-able values: all that a cell depends on."""
     return hashlib.sha256(json.dumps(inputs, sort_keys=True).encode()).hexdigest()
+
+
+def cell_path(folder: Path, row: str, column: str, seed: int) -> Path:
+    """Where the cell of the row's training seed in the column lies in the folder of an evaluation."""
+    return folder / "cells" / row / column / f"{seed}.json"

@@ -1,7 +1,6 @@
 """Fill the transfer table: every row in every column, on the same scenes, from where it stopped."""
 
 from collections.abc import Callable
-from dataclasses import asdict
 from functools import cache, partial
 from multiprocessing import current_process
 from pathlib import Path
@@ -12,7 +11,7 @@ from torch import Tensor
 
 from vision_s2r.evaluate import config, page
 from vision_s2r.evaluate.attempts import Attempts
-from vision_s2r.evaluate.cells import Cell, fingerprint
+from vision_s2r.evaluate.cells import Cell, cell_path
 from vision_s2r.evaluate.columns import Column, columns, pictures
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.rows import Loaders, Runner, load_rows
@@ -102,9 +101,7 @@ class _Cells:
             cell.save(path, self._fingerprint(self._rows[row][seed], column))
 
     def _path(self, row: str, column: Column, seed: int) -> Path:
-        return Path(self._cfg.out) / "cells" / row / column.name / f"{seed}.json"
+        return cell_path(Path(self._cfg.out), row, column.name, seed)
 
     def _fingerprint(self, runner: Runner, column: Column) -> str:
-        """Of all that the cell depends on; where the row never looks at the column's pictures, not of the column."""
-        looks_at = asdict(column) if runner.looks_at_source else None
-        return fingerprint(looks_at, runner.inputs, self._scenes.inputs, self._cfg.seed)
+        return runner.fingerprint(column, self._scenes, self._cfg.seed)

@@ -1,7 +1,7 @@
 """The rows of the table: ways from a picture to a grasp."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,8 @@ from torch import Tensor
 
 from vision_s2r.camera.presets import preset_of
 from vision_s2r.errors import UserError
+from vision_s2r.evaluate.cells import fingerprint
+from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.grasp import GraspPolicy
@@ -64,6 +66,14 @@ class Runner:
     def inputs(self) -> list[Any]:
         """JSON-able: what its grasps depend on, apart from scenes and column."""
         return [self.cfg.picture, {role: known["sha256"] for role, known in self.checkpoints.items()}]
+
+    def fingerprint(self, column: Column, scenes: Scenes, seed: int) -> str:
+        """Of all that its cell in the column depends on; where it never looks at the column's pictures, not of those.
+
+        `seed`: of the evaluation.
+        """
+        looks_at = asdict(column) if self.looks_at_source else None
+        return fingerprint(looks_at, self.inputs, scenes.inputs, seed)
 
     def look(self, source: Tensor, canonical: Tensor) -> Tensor:
         """What the policy is given, uint8 [N, H, W, 3], of the column's pictures and the true canonical ones."""

@@ -57,23 +57,39 @@ class GraspPolicy:
         source: the picture it was made from, if and only if the policy was trained with it.
         Raises UserError for anything else.
         """
-        if (source is not None) != self.cfg.with_source:
-            expected, found = ("with", "none") if self.cfg.with_source else ("without", "one")
-            raise UserError(f"policy: trained {expected} source pictures (grasp.with_source), but given {found}")
-        images = beside(
-            self._picture(canonical, "canonical"), None if source is None else self._picture(source, "source")
-        )
-        count = len(images)
-        for name, tensor, shape in (
-            ("intrinsics", intrinsics, (count, 4)),
-            ("extrinsics", extrinsics, (count, 4, 4)),
-            ("seeds", seeds, (count,)),
-        ):
-            if tensor.shape != shape:
-                raise UserError(f"policy: {name} of shape {tuple(tensor.shape)}: expected {shape}")
+        images = self._images(canonical, source)
+        _require_shapes(len(images), intrinsics=(intrinsics, 4), extrinsics=(extrinsics, 4, 4), seeds=(seeds,))
         parts = zip(*(t.split(self.cfg.cem.scenes) for t in (images, intrinsics, extrinsics, seeds)), strict=True)
         actions, q = zip(*(self._search(*part) for part in parts), strict=True)
         return Grasps(torch.cat(actions).cpu(), torch.cat(q).sigmoid().cpu())
+
+    @torch.no_grad()
+    def score(
+        self,
+        canonical: Tensor,
+        intrinsics: Tensor,
+        extrinsics: Tensor,
+        grasps: Tensor,
+        source: Tensor | None = None,
+    ) -> Tensor:
+        """Q of given grasps, float32 [B, K, 3] (x, y in metres, yaw in radians), in each picture.
+
+        Chances of success, float32 [B, K] on the CPU. The rest is as for `act`, and so are its errors.
+        """
+        images = self._images(canonical, source)
+        given = (grasps, *grasps.shape[1:2], 3)
+        _require_shapes(len(images), intrinsics=(intrinsics, 4), extrinsics=(extrinsics, 4, 4), grasps=given)
+        parts = zip(*(t.split(self.cfg.cem.scenes) for t in (images, intrinsics, extrinsics, grasps)), strict=True)
+        return torch.cat([self._q(*(t.to(self._device) for t in part)).logits.sigmoid().cpu() for part in parts])
+
+    def _images(self, canonical: Tensor, source: Tensor | None) -> Tensor:
+        """What Q is given, float32 [B, C, H, W]."""
+        if (source is not None) != self.cfg.with_source:
+            expected, found = ("with", "none") if self.cfg.with_source else ("without", "one")
+            raise UserError(f"policy: trained {expected} source pictures (grasp.with_source), but given {found}")
+        return beside(
+            self._picture(canonical, "canonical"), None if source is None else self._picture(source, "source")
+        )
 
     def _search(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, seeds: Tensor) -> tuple[Tensor, Tensor]:
         encoding = self._q.encode(*(t.to(self._device) for t in (images, intrinsics, extrinsics)))
@@ -96,6 +112,13 @@ class GraspPolicy:
         if not (picture.amin() >= 0 and picture.amax() <= 1):
             raise UserError(f"{what} with values outside [0, 1]: expected [0, 1], or uint8 [B, H, W, 3]")
         return picture.float()
+
+
+def _require_shapes(count: int, **given: Any) -> None:
+    """Of each tensor by name, followed by all sides but the first, which is `count`."""
+    for name, (tensor, *sides) in given.items():
+        if tensor.shape != (count, *sides):
+            raise UserError(f"policy: {name} of shape {tuple(tensor.shape)}: expected {(count, *sides)}")
 
 
 def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import torch
-from kornia.metrics import ssim
 from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig, CameraParameters
@@ -18,6 +17,7 @@ from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, ch
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
+from vision_s2r.translate.metrics import overlap, picture_metrics, ratio
 from vision_s2r.translate.pairs import LABELS, Pairs, needed
 from vision_s2r.translate.perceptual import Judge, Vgg
 from vision_s2r.translate.range_picture import draw
@@ -183,24 +183,16 @@ class Rcan(Method):
     def _measure(self, output: Batch, target: Batch) -> Batch:
         """Each metric as [B, 2], numerator and denominator of the mean over all samples."""
         canonical = output["canonical"].clamp(0, 1)
-        error = (canonical - target["canonical"]).abs().mean(1)
-        squared = (canonical - target["canonical"]).square().mean((1, 2, 3))
         mask = target["segmentation"] == losses.OBJECT
-        found = {
-            "l1": _ratio(error.mean((1, 2))),
-            "psnr": _ratio(-10 * squared.clamp(min=1e-10).log10()),
-            "ssim": _ratio(ssim(canonical, target["canonical"], losses.SSIM_WINDOW).mean((1, 2, 3))),
-            "object_l1": _ratio((error * mask).sum((1, 2)), mask.sum((1, 2))),
-        }
+        found = picture_metrics(canonical, target["canonical"], mask)
         if "segmentation" in output:
-            guess = output["segmentation"].argmax(1) == losses.OBJECT
-            found["object_iou"] = _ratio((guess & mask).sum((1, 2)), (guess | mask).sum((1, 2)))
+            found["object_iou"] = overlap(output["segmentation"].argmax(1) == losses.OBJECT, mask)
         if "displacements" in target:
             off = rectification.error(output["displacements"], target["displacements"], canonical.shape[-1])
-            found["rectification_error"] = _ratio(off)
+            found["rectification_error"] = ratio(off)
         if "depth" in output:
             near, far = self._depth_range
-            found["depth_error"] = _ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
+            found["depth_error"] = ratio((far - near) * (output["depth"] - target["depth"]).abs().mean((1, 2, 3)))
         return found
 
 
@@ -269,7 +261,7 @@ def depth_range(views: ViewSource) -> tuple[float, float]:
 
 
 def _configuration(cfg: TranslateConfig) -> dict[str, Any]:
-    """What shapes a run: all but what is off, so that runs from before there was such a thing go on."""
+    """What shapes a run: all but what is off."""
     found = asdict(cfg)
     if not cfg.widening.limits:
         del found["widening"]
@@ -279,9 +271,3 @@ def _configuration(cfg: TranslateConfig) -> dict[str, Any]:
         if not found["loss"][name]:
             del found["loss"][name]
     return found
-
-
-def _ratio(numerator: Tensor, denominator: Any = None) -> Tensor:
-    """[B], [B] to [B, 2]; the denominator of a plain mean is 1."""
-    whole = torch.ones_like(numerator) if denominator is None else denominator
-    return torch.stack([numerator.float(), whole.float()], 1)
