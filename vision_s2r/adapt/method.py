@@ -8,7 +8,7 @@ Q's loss for the generator to feel, it is like GraspGAN (Bousmalis et al. 2018, 
 import math
 from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import torch
@@ -17,24 +17,18 @@ from torch.nn import functional as F
 
 from vision_s2r.adapt import losses
 from vision_s2r.adapt.config import AdaptConfig
+from vision_s2r.adapt.networks import generators, policies, q_functions, to_canonical
 from vision_s2r.camera import Camera, CameraConfig
-from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
-from vision_s2r.grasp.config import GraspConfig
-from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.metrics import measure
-from vision_s2r.grasp.policy import configuration
 from vision_s2r.images import to_float
-from vision_s2r.networks.unet import UNet
 from vision_s2r.render.seen import Recorded
-from vision_s2r.scene import CLASSES
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, frozen
 from vision_s2r.translate import pictures
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.discriminator import PatchDiscriminator
 from vision_s2r.translate.losses import adversarial, discrimination, supervised, weighted
 from vision_s2r.translate.pairs import Pairs
-from vision_s2r.translate.rcan import heads_for
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -65,35 +59,21 @@ class Adaptation(Method):
         self._translate_cfg = translate
         self._pairs = Pairs(translate, margin, depth_range)
         self._training_camera, self._camera = (Camera.from_config(camera) for camera in cameras)
-        self._policy = _policy(cfg)
-        maps = {"picture": 3} | ({"segmentation": len(CLASSES)} if cfg.loss.segmentation > 0 else {})
-        self.networks = {"to_real": UNet(cfg.network, maps)}
-        shape = {}
-        if cfg.way_back:
-            own = not cfg.loss.paired and not cfg.translator
-            network = cfg.network if own else translate.network
-            shape = {"network": asdict(network), "heads": {"canonical": 3} if own else heads_for(translate.loss)}
-            self.networks["to_canonical"] = UNet(network, shape["heads"])
-        if cfg.translator:
-            checkpoint.load(cfg.translator, "translator").restore("unet", self.networks["to_canonical"])
+        self._policy = policies(cfg)
+        self.networks = generators(cfg, translate)
         if cfg.loss.adversarial > 0:
-            for name in list(self.networks):
-                self.networks[DISCRIMINATORS[name]] = PatchDiscriminator(cfg.discriminator, pictures=1)
-        start = checkpoint.load(cfg.policy, "q_function")
-        for name, policy in self._policy.items():
-            q = build(policy)
-            fresh = {f"q_function.{key}": value for key, value in q.state_dict().items() if "front." in key}
-            replace(start, tensors=fresh | start.tensors).restore("q_function", q)
-            self.networks[name] = q
+            for generator, judge in DISCRIMINATORS.items():
+                if generator in self.networks:
+                    self.networks[judge] = PatchDiscriminator(cfg.discriminator, pictures=1)
+        self.networks |= q_functions(cfg)
         self.optimisers = {name: self._optimiser(name, network) for name, network in self.networks.items()}
         self.networks["policy"] = deepcopy(self.networks["q_canonical"])  # what translations are for; it stays
-        for name in ("to_real", "to_canonical"):
-            if name in self.networks:
-                self.networks[name].to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self._players = tuple(name for name in self.optimisers if name not in DISCRIMINATORS.values())
         self.released = tuple(name for name in self._players if name != "q_canonical")
         known = dict(zip(("camera", "validation_camera"), map(asdict, cameras), strict=True))
         pairs = {"translate": asdict(translate)} if cfg.loss.paired > 0 else {}
+        network, heads = to_canonical(cfg, translate)
+        shape = {"network": asdict(network), "heads": heads} if cfg.way_back else {}
         self.configuration = {"adapt": asdict(cfg), "policy": asdict(self._policy["q_real"])} | pairs | known | shape
         self.normalisation = {"size": recorded.size, "depth_range": list(depth_range)}
 
@@ -254,14 +234,6 @@ class Adaptation(Method):
         made = self._translate(x, y)
         shown = [x, made["x_real"], made.get("x_back"), y, made.get("y_canonical"), made.get("y_back")]
         return {"translation": pictures.grid([each for each in shown if each is not None])}
-
-
-def _policy(cfg: AdaptConfig) -> dict[str, GraspConfig]:
-    """What each Q-function is: as the policy they begin as, that of real pictures with the front."""
-    canonical = configuration(checkpoint.load(cfg.policy, "q_function").configuration, cfg.policy)
-    if canonical.picture != "canonical" or canonical.with_source or canonical.front:
-        raise UserError(f"{cfg.policy}: adapt.policy expects a policy that was trained on canonical pictures alone")
-    return {"q_canonical": canonical, "q_real": replace(canonical, picture="seen", validate_on="seen", front=cfg.front)}
 
 
 def _three(logits: list[Tensor]) -> losses.Triple:
