@@ -76,7 +76,9 @@ def _release(path: Path, cfg: AdaptConfig) -> Adapted:
 def _save(
     path: Path, found: checkpoint.Checkpoint, kind: str, names: dict[str, str], configuration: dict[str, Any]
 ) -> None:
-    """A checkpoint of some of its networks, under other names."""
+    """A checkpoint of some of its networks, under other names; left as it is where it has been released before."""
+    if path.exists() and path.stat().st_mtime_ns > found.path.stat().st_mtime_ns:
+        return
     tensors = {}
     for key, value in found.tensors.items():
         network, _, rest = key.partition(".")
