@@ -117,7 +117,7 @@ def test_what_is_released_works_on_real_pictures(method: str, policy: Path, tmp_
     canonical = scenes.tensors["canonical"].float()
     assert (translated - canonical).abs().mean() < 0.6 * (pictures - canonical).abs().mean()
     assert success(GraspPolicy.load(policy), translated, scenes) > 0.9
-    assert {"auc", "q_difference", "l1"} <= set(metrics)
+    assert {"auc", "q_difference", "l1", "psnr", "ssim", "object_l1"} <= set(metrics)
 
 
 def assert_looks_real(folder: Path, segments: bool) -> None:

@@ -27,7 +27,8 @@ from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, fr
 from vision_s2r.translate import pictures
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.discriminator import PatchDiscriminator
-from vision_s2r.translate.losses import adversarial, discrimination, supervised, weighted
+from vision_s2r.translate.losses import OBJECT, adversarial, discrimination, supervised, weighted
+from vision_s2r.translate.metrics import picture_metrics, ratio
 from vision_s2r.translate.pairs import Pairs
 
 CHUNK = 64  # scenes at a time in validation
@@ -196,8 +197,8 @@ class Adaptation(Method):
         """Over the validation views, real pictures through the validation camera.
 
         `auc_real`: as `grasp.metrics.measure`, of the Q of real pictures; `auc`, of the canonical policy on translated
-        ones; `auc_mean`: their mean. `l1`: absolute error of the translated pictures; `q_difference`: absolute
-        difference of the policy's chances on them and on the true canonical ones.
+        ones; `auc_mean`: their mean. `q_difference`: absolute difference of the policy's chances on them and on true
+        canonical ones. l1, psnr, ssim, object_l1 of translated pictures: as `translate.metrics.picture_metrics`.
         """
         found: dict[str, list[Tensor]] = {}
         for indices in torch.arange(len(views)).split(CHUNK):
@@ -206,7 +207,8 @@ class Adaptation(Method):
         whole = {name: torch.cat(parts) for name, parts in found.items()}
         success = whole.pop("success")
         aucs = {name: measure(whole.pop(name), success)["auc"] for name in ("auc_real", "auc") if name in whole}
-        return {"auc_mean": sum(aucs.values()) / len(aucs)} | aucs | {k: float(v.mean()) for k, v in whole.items()}
+        means = {name: float(part / count) for name, (part, count) in ((k, v.sum(0)) for k, v in whole.items())}
+        return {"auc_mean": sum(aucs.values()) / len(aucs)} | aucs | means
 
     def _measure(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> Batch:
         batch = {name: views.batch(name, indices).to(self.device) for name in ("canonical", *LABELS)}
@@ -217,8 +219,9 @@ class Adaptation(Method):
             translated = self._canonical(y).clamp(0, 1)
             found["auc"] = self._q("policy", batch, translated)
             truth = self._q("policy", batch, canonical).sigmoid()
-            found["q_difference"] = (found["auc"].sigmoid() - truth).abs().mean(1)
-            found["l1"] = (translated - canonical).abs().mean((1, 2, 3))
+            found["q_difference"] = ratio((found["auc"].sigmoid() - truth).abs().mean(1))
+            objects = views.batch("segmentation", indices).to(self.device) == OBJECT
+            found |= picture_metrics(translated, canonical, objects)
         return found
 
     def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> Tensor:

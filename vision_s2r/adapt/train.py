@@ -16,7 +16,7 @@ from vision_s2r.translate.pairs import needed
 from vision_s2r.translate.rcan import depth_range
 
 TRAINING = ("canonical", "segmentation", "depth", *LABELS)
-VALIDATION = ("canonical", "real", *LABELS)
+VALIDATION = ("canonical", "real", "segmentation", *LABELS)
 
 
 @dataclass(frozen=True)
