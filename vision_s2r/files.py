@@ -1,10 +1,11 @@
 """Files that are there whole or not at all."""
 
 import contextlib
+import csv
 import io
 import json
 import secrets
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,15 @@ def write(path: Path, content: str | bytes) -> Path:
     with whole(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
     return path
+
+
+def write_table(path: Path, records: Sequence[Mapping[str, Any]]) -> Path:
+    """Write records as CSV, a line each under the keys of the last; returns the path. Raises UserError as `whole`."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(records[-1]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(records)
+    return write(path, text.getvalue())
 
 
 def write_figure(path: Path, figure: "Figure", dpi: int) -> Path:

@@ -1,7 +1,5 @@
 """What the jobs say together: success and metrics of each arm, and how they differ from its family's reference."""
 
-import csv
-import io
 import json
 import math
 from dataclasses import asdict, dataclass
@@ -15,7 +13,7 @@ from rich.table import Table
 
 from vision_s2r.ablation.job import Result
 from vision_s2r.config import Config
-from vision_s2r.files import write
+from vision_s2r.files import write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
 
 FORMAT = "vision-s2r/ablation/1"
@@ -111,11 +109,7 @@ class Summary:
     def write(self, folder: Path) -> None:
         """ablation.csv and ablation.json; the table on the terminal."""
         records = [{"family": self.family(row.arm)} | row.record() for row in self.rows.values()]
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(records[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(records)
-        write(folder / "ablation.csv", text.getvalue())
+        write_table(folder / "ablation.csv", records)
         content = {
             "format": FORMAT,
             "scenes": self.scenes,

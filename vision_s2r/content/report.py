@@ -1,7 +1,5 @@
 """What was found, as data, CSV, JSON and text."""
 
-import csv
-import io
 import json
 import math
 from collections.abc import Sequence
@@ -15,7 +13,7 @@ from rich.table import Table
 
 from vision_s2r.content.correlation import Correlation, correlate
 from vision_s2r.content.points import Point
-from vision_s2r.files import write
+from vision_s2r.files import write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, wilson
 
 FORMAT = "vision-s2r/metrics/1"
@@ -76,11 +74,7 @@ class Report:
         lines = [{**asdict(record), **asdict(record.estimate)} for record in self.records]
         for line in lines:
             del line["estimate"]
-        text = io.StringIO()
-        writer = csv.DictWriter(text, lines[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(lines)
-        write(folder / "metrics.csv", text.getvalue())
+        write_table(folder / "metrics.csv", lines)
         data = {"format": FORMAT, "records": lines, "correlations": [asdict(each) for each in self.correlations]}
         write(folder / "metrics.json", json.dumps(_finite(data), indent=1) + "\n")
 

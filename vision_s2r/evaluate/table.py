@@ -1,7 +1,5 @@
 """The transfer table: success by row and column, differences and ratios, as data, CSV, JSON and text."""
 
-import csv
-import io
 import json
 import math
 from dataclasses import asdict, dataclass
@@ -18,7 +16,7 @@ from vision_s2r.evaluate.cells import Cell
 from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.scenes import Scenes
-from vision_s2r.files import write
+from vision_s2r.files import write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, mcnemar, wilson
 
 FORMAT = "vision-s2r/transfer-table/1"
@@ -118,12 +116,7 @@ class Table:
 
     def write(self, folder: Path) -> None:
         """table.csv and table.json."""
-        records = self.records()
-        text = io.StringIO()
-        writer = csv.DictWriter(text, records[0], lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(records)
-        write(folder / "table.csv", text.getvalue())
+        write_table(folder / "table.csv", self.records())
         write(folder / "table.json", json.dumps(self.to_dict(), indent=1) + "\n")
 
     def to_dict(self) -> dict[str, Any]:

@@ -4,8 +4,6 @@ Automatic domain randomisation (`vision_s2r.randomize`) for the camera: training
 few steps the translator is measured at their boundaries, on views that it is not trained on.
 """
 
-import csv
-import io
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +15,7 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.files import write
+from vision_s2r.files import write_table
 from vision_s2r.randomize import AutomaticConfig, AutomaticRandomisation, Dimension, dimensions
 from vision_s2r.training import Step, ViewSource
 from vision_s2r.training.data import PROBE, generator
@@ -81,11 +79,7 @@ class Widening:
             for key, (low, high) in given.items():
                 row |= {f"{effect}.{key} low": low, f"{effect}.{key} high": high}
         self.history.append(row)
-        table = io.StringIO()
-        writer = csv.DictWriter(table, list(row), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(self.history)
-        return write(self._out / "widening.csv", table.getvalue())
+        return write_table(self._out / "widening.csv", self.history)
 
     def state(self) -> dict[str, Any]:
         """Plain values: all that the future depends on besides the configuration."""
