@@ -5,7 +5,6 @@ RL-CycleGAN (Rao et al. 2020, arXiv:2006.09001) has all of it. Without the RL-sc
 Q's loss for the generator to feel, it is like GraspGAN (Bousmalis et al. 2018, arXiv:1709.07857).
 """
 
-import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import asdict
@@ -20,6 +19,7 @@ from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.adapt.networks import generators, policies, q_functions, to_canonical
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.grasp import augment, negatives
+from vision_s2r.grasp.geometry import random_grasps
 from vision_s2r.grasp.metrics import measure
 from vision_s2r.images import to_float
 from vision_s2r.render.seen import Recorded
@@ -167,8 +167,7 @@ class Adaptation(Method):
         ]
         terms = {"task": torch.stack(errors).sum()}
         if cfg.loss.rl_scene > 0:
-            half = torch.tensor([*area, math.pi / 2])
-            random = (2 * torch.rand(len(y), cfg.grasps, 3, generator=step.generator) - 1) * half
+            random = random_grasps(len(y), cfg.grasps, area, step.generator)
             unlabelled = {"grasps": random.to(y.device)} | {name: batch[f"seen_{name}"] for name in FRAMES}
             of_y = self._triple(unlabelled, [y, made["y_canonical"], made["y_back"]], step, real_first=True)
             terms["rl_scene"] = losses.scene_consistency([_three(of_x), _three(of_y)])

@@ -1,12 +1,11 @@
 """How much a translation changes what the policy thinks of grasps."""
 
-import math
-
 import torch
 from torch import Tensor
 
 from vision_s2r.evaluate.rows import Runner
 from vision_s2r.evaluate.scenes import Scenes
+from vision_s2r.grasp.geometry import random_grasps
 
 GRASPS = 64  # drawn uniformly, the same in every scene
 SEED = 0  # of that draw
@@ -43,15 +42,10 @@ class QDifference:
             return self._known[key]
         policy = runner.policy
         best = policy.act(self._canonical, *self._cameras, self._scenes.seeds, beside).actions
-        uniform = _uniform(policy.cfg.area).expand(len(best), -1, -1)
+        uniform = random_grasps(1, GRASPS, policy.cfg.area, torch.Generator().manual_seed(SEED))
+        uniform = uniform.expand(len(best), -1, -1)
         grasps = torch.cat([uniform, best[:, None]], 1)
         known = grasps, policy.score(self._canonical, *self._cameras, grasps, beside)
         if beside is None:
             self._known[key] = known
         return known
-
-
-def _uniform(area: list[float]) -> Tensor:
-    """Grasps [GRASPS, 3] over |x| ≤ area[0], |y| ≤ area[1] (m) and all yaws."""
-    drawn = torch.rand(GRASPS, 3, generator=torch.Generator().manual_seed(SEED))
-    return (2 * drawn - 1) * torch.tensor([*area, math.pi / 2])

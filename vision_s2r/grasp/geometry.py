@@ -4,6 +4,7 @@ A grasp is (x, y, yaw): metres and radians of the world; the fingers close along
 """
 
 import math
+from collections.abc import Sequence
 
 import torch
 import torch.nn.functional as F
@@ -15,6 +16,12 @@ NEAREST = 1e-3  # m in front of the camera: points behind it are taken to be the
 def wrap(yaw: Tensor) -> Tensor:
     """Yaw in [-pi/2, pi/2): a parallel jaw is the same half a turn on."""
     return torch.remainder(yaw + math.pi / 2, math.pi) - math.pi / 2
+
+
+def random_grasps(scenes: int, count: int, area: Sequence[float], generator: torch.Generator | None = None) -> Tensor:
+    """Grasps [scenes, count, 3] on the CPU, uniform over |x| ≤ area[0], |y| ≤ area[1] (m) and all yaws."""
+    half = torch.tensor([*area, math.pi / 2])
+    return (2 * torch.rand(scenes, count, 3, generator=generator) - 1) * half
 
 
 # The sums below are written out because autocast would do matrix products in bfloat16: pixels off by a quarter.

@@ -7,6 +7,7 @@ from torch import Tensor
 
 from vision_s2r.errors import UserError
 from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.geometry import random_grasps
 from vision_s2r.grasp.metrics import measure
 from vision_s2r.grasp.policy import load_q
 from vision_s2r.grasp.q_function import Encoding, QFunction
@@ -37,8 +38,7 @@ class Judge:
 
     def grasps(self, count: int, generator: torch.Generator) -> Tensor:
         """Random grasps [count, K, 3] on the CPU, uniform over the search area and all yaws."""
-        spread = torch.tensor([*self._area, torch.pi / 2])
-        return spread * (2 * torch.rand(count, GRASPS, 3, generator=generator) - 1)
+        return random_grasps(count, GRASPS, self._area, generator)
 
     def activations(self, pictures: Tensor, intrinsics: Tensor, extrinsics: Tensor, grasps: Tensor) -> list[Tensor]:
         """What Q makes of the pictures at the grasps, layer by layer."""

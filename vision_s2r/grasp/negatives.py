@@ -3,13 +3,11 @@
 Few of the labelled attempts are in empty places, and the search looks for any place where Q errs.
 """
 
-import math
-
 import torch
 from torch import Tensor
 
 from vision_s2r.geometry import plane_homography
-from vision_s2r.grasp.geometry import project, sample, window_points
+from vision_s2r.grasp.geometry import project, random_grasps, sample, window_points
 from vision_s2r.scene import CLASSES, arm
 from vision_s2r.training import Batch
 
@@ -27,9 +25,7 @@ def add(batch: Batch, count: int, area: list[float], generator: torch.Generator)
     They close on nothing; where a scene has not as many such among the candidates, others fill up, whose `weight` is
     0. `batch` has weight, success [B, K], grasps [B, K, 3], segmentation [B, H, W], intrinsics and extrinsics.
     """
-    half = torch.tensor([*area, math.pi / 2])
-    drawn = (2 * torch.rand(len(batch["grasps"]), CANDIDATES * count, 3, generator=generator) - 1) * half
-    drawn = drawn.to(batch["grasps"])
+    drawn = random_grasps(len(batch["grasps"]), CANDIDATES * count, area, generator).to(batch["grasps"])
     empty = closes_on_nothing(batch["segmentation"], batch["intrinsics"], batch["extrinsics"], drawn).to(drawn)
     weight, chosen = empty.sort(dim=1, descending=True, stable=True)
     weight, chosen = weight[:, :count], chosen[:, :count, None].expand(-1, -1, 3)
