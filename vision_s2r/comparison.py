@@ -7,6 +7,7 @@ from pathlib import Path
 import joblib
 
 from vision_s2r import pipeline
+from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import evaluate
@@ -70,7 +71,7 @@ def _trained(cfg: Config, policies: list[str]) -> list[list[Released]]:
 
 
 def _one(train: Callable[[Config, int], Released], cfg: Config, seed: int, policy: str) -> Released:
-    pipeline.log_to_terminal()
+    log_to_terminal()
     given = {name: replace(getattr(cfg, name), policy=policy) for name in ("adapt", "cyclegan", "graspgan")}
     return train(replace(cfg, **given), seed)
 

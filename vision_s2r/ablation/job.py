@@ -14,7 +14,7 @@ from vision_s2r.ablation.families import family_of
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
-from vision_s2r.evaluate.config import RowConfig
+from vision_s2r.evaluate.config import RowConfig, through_cameras
 from vision_s2r.files import write
 from vision_s2r.threads import one_thread
 from vision_s2r.training import checkpoint
@@ -105,18 +105,8 @@ def _finished(path: Path, settings: dict[str, Any]) -> bool:
 
 def _success(cfg: Config, translator: Path) -> dict[str, list[int]]:
     """By camera: whether the grasp in each scene held, 0 or 1."""
-    settings = replace(
-        cfg.evaluate,
-        out=str(folder(cfg) / "table"),
-        limit=cfg.ablation.scenes,
-        cameras=cfg.ablation.cameras,
-        appearances=[],
-        effects=[],
-        rows={ROW: RowConfig([cfg.translate.q_function], [str(translator)])},
-        differences=[],
-        ratios=[],
-        failures=[],
-        workers=1,  # jobs share the cores already
-    )
-    table = evaluate(settings, pipeline.test_scene(cfg))
+    rows = {ROW: RowConfig([cfg.translate.q_function], [str(translator)])}
+    settings = through_cameras(cfg.evaluate, rows, cfg.ablation.cameras, folder(cfg) / "table")
+    alone = replace(settings, limit=cfg.ablation.scenes, workers=1)  # jobs share the cores already
+    table = evaluate(alone, pipeline.test_scene(cfg))
     return {column.name: table.outcomes(ROW, column.name)[0].astype(int).tolist() for column in table.columns}

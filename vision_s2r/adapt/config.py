@@ -2,13 +2,11 @@
 
 from dataclasses import asdict, dataclass, field
 
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
-from vision_s2r.translate.config import DiscriminatorConfig
-
-FORMS = ("hinge", "least_squares")
+from vision_s2r.translate.config import DiscriminatorConfig, check_sizes, check_weights
 
 
 @dataclass
@@ -50,16 +48,8 @@ class AdaptConfig:
 def check(cfg: AdaptConfig) -> None:
     """Raises UserError where a value is out of its range."""
     training_config.check(cfg.training)
-    for name in ("network", "discriminator"):
-        for key, value in asdict(getattr(cfg, name)).items():
-            if value <= 0 and (key not in ("rectifier", "residual") or value < 0):
-                raise UserError(f"adapt.{name}.{key} = {value}: expected a number above 0")
-    for key, value in asdict(cfg.loss).items():
-        if key != "adversarial_form" and value < 0:
-            raise UserError(f"adapt.loss.{key} = {value}: expected a weight of 0 or more")
-    if cfg.loss.adversarial_form not in FORMS:
-        form = cfg.loss.adversarial_form
-        raise UserError(f"adapt.loss.adversarial_form = '{form}': {nearest(form, FORMS)}")
+    check_sizes("adapt", {"network": cfg.network, "discriminator": cfg.discriminator})
+    check_weights("adapt", asdict(cfg.loss))
     for key in ("q_learning_rate", "grasps", "pictures"):
         if getattr(cfg, key) <= 0:
             raise UserError(f"adapt.{key} = {getattr(cfg, key)}: expected a number above 0")

@@ -8,9 +8,10 @@ from typing import Any
 from vision_s2r.adapt.config import AdaptConfig, check
 from vision_s2r.adapt.method import KIND, LABELS, Adaptation
 from vision_s2r.camera import CameraConfig
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError
 from vision_s2r.render.seen import Recorded
 from vision_s2r.training import ViewSource, checkpoint, train
+from vision_s2r.training.data import require
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.pairs import needed
 from vision_s2r.translate.rcan import depth_range
@@ -51,9 +52,7 @@ def train_adapted(
         )
     pairs = (*needed(translate), "randomised") if cfg.loss.paired > 0 else ()
     for part, source, names in (("training", views, (*TRAINING, *pairs)), ("validation", validation, VALIDATION)):
-        for name in names:
-            if name not in source.names:
-                raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
+        require(part, source, names)
     method = partial(Adaptation, cfg, translate, recorded, cameras, validation.margin, depth_range(views))
     return _release(train(method, views, validation, cfg.training, out, seed).best, cfg)
 

@@ -19,7 +19,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig, folders
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
-from vision_s2r.evaluate.config import RowConfig
+from vision_s2r.evaluate.config import RowConfig, through_cameras
 from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
 from vision_s2r.pipeline import judge, render_sets, test_scene, training_sets
@@ -120,18 +120,9 @@ def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> T
     }
     if camera.truth is not None:
         rows["true_effects"] = RowConfig(policy, [tuned[f"{camera.name}/true_effects"]])
-    settings = replace(
-        cfg.evaluate,
-        out=str(out / camera.name / "table"),
-        cameras=[str(looked_through)],
-        effects=[],
-        appearances=[],
-        rows=rows,
-        differences=[["after", "before"], ["after", "everything"]],
-        ratios=[],
-        failures=[],
-    )
-    return evaluate(settings, test_scene(cfg))
+    settings = through_cameras(cfg.evaluate, rows, [str(looked_through)], out / camera.name / "table")
+    compared = [["after", "before"], ["after", "everything"]]
+    return evaluate(replace(settings, differences=compared), test_scene(cfg))
 
 
 def recovered(closed: list[Closed]) -> Estimate:

@@ -1,6 +1,8 @@
 """What the transfer table compares, on which scenes and under which cameras."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 from vision_s2r.errors import UserError, nearest
 
@@ -48,6 +50,12 @@ class EvaluateConfig:
     worst: int = 12
     backend: str = "loky"
     workers: int = -1
+
+
+def through_cameras(cfg: EvaluateConfig, rows: dict[str, RowConfig], cameras: list[str], out: Path) -> EvaluateConfig:
+    """cfg for these rows and cameras alone, in the folder `out`, nothing compared."""
+    nothing: dict[str, Any] = {key: [] for key in ("appearances", "effects", "differences", "ratios", "failures")}
+    return replace(cfg, rows=rows, cameras=cameras, out=str(out), **nothing)
 
 
 def check(cfg: EvaluateConfig) -> None:

@@ -1,7 +1,5 @@
 """Train on the first n real grasps, for each n and start, and grasp in unseen scenes."""
 
-import csv
-import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -16,8 +14,8 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import EvaluateConfig, Table, evaluate
-from vision_s2r.evaluate.config import RowConfig
-from vision_s2r.files import write
+from vision_s2r.evaluate.config import RowConfig, through_cameras
+from vision_s2r.files import write, write_table
 from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, check
 from vision_s2r.finetune.picture import draw
 from vision_s2r.grasp import GraspConfig, train_policy
@@ -89,18 +87,7 @@ def finetune(
         if row.translator is not None and job.translator is not None:
             row.translator.append(job.translator)
         row.trained_on = checkpoint.load(path, "q_function").configuration["picture"]
-    settings = replace(
-        table,
-        rows=rows,
-        cameras=list(cfg.cameras),
-        limit=cfg.limit,
-        appearances=[],
-        effects=[],
-        differences=[],
-        ratios=[],
-        failures=[],
-        out=str(out / "table"),
-    )
+    settings = replace(through_cameras(table, rows, list(cfg.cameras), out / "table"), limit=cfg.limit)
     return _summary(cfg, evaluate(settings, scene), todo, each, out)
 
 
@@ -145,17 +132,12 @@ def _summary(cfg: FinetuneConfig, table: Table, todo: list[Job], each: int, out:
     """Success of each start at each number of grasps, over all cameras together."""
     bootstrap = Bootstrap(len(table.scenes), table.cfg.seed)
     points: list[dict[str, Any]] = []
-    for start, count in dict.fromkeys((job.start, job.count) for job in todo):
-        name = f"{start}_{count}"
-        estimate = bootstrap.success(table.overall(name))
-        seeds = sum(job.name == name for job in todo)
-        grasps = count // each * each
+    for job in {job.name: job for job in todo}.values():
+        estimate = bootstrap.success(table.overall(job.name))
+        seeds = len(table.checkpoints[job.name])
+        grasps = job.count // each * each
         attempts = seeds * len(table.scenes) * len(cfg.cameras)
-        points.append({"start": start, "grasps": grasps, "seeds": seeds, "attempts": attempts} | asdict(estimate))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, points[0], lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(points)
-    write(out / CSV, text.getvalue())
+        points.append({"start": job.start, "grasps": grasps, "seeds": seeds, "attempts": attempts} | asdict(estimate))
+    write_table(out / CSV, points)
     draw(points, out / PICTURE)
     return write(out / SUMMARY, json.dumps(points, indent=1) + "\n")

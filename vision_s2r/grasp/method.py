@@ -10,7 +10,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
 from vision_s2r.grasp.forms import build
@@ -20,6 +20,7 @@ from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import POINTS
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, train
+from vision_s2r.training.data import require
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
@@ -190,9 +191,7 @@ def train_policy(
         ("training", views, _read_in_training(cfg)),
         ("validation", validation, _read(cfg, cfg.validate_on)),
     ):
-        for needed in (*names, *LABELS):
-            if needed not in source.names:
-                raise UserError(f"{part} views hold no '{needed}': {nearest(needed, source.names)}")
+        require(part, source, (*names, *LABELS))
         if cfg.front and source.size % 2**cfg.front.levels:
             raise UserError(
                 f"{part} views of {source.size} px: grasp.front expects a multiple of {2**cfg.front.levels}"

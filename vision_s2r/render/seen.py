@@ -45,14 +45,11 @@ class Recorded:
     @classmethod
     def by(cls, views: Views, cameras: Sequence[Camera], draw: Draw) -> "Recorded":
         """Scene i recorded by camera i modulo their number: as many robots, each with a camera of its own."""
-        pictures = torch.empty(0)
+        pictures = torch.empty(len(views), views.size, views.size, 3, dtype=torch.uint8)
         for k, camera in enumerate(cameras):
             some = torch.arange(k, len(views), len(cameras))
             part = views.subset(some)
-            found = through(part, part.all("real"), camera, draw)
-            if not len(pictures):
-                pictures = found.new_empty(len(views), *found.shape[1:])
-            pictures[some] = found
+            pictures[some] = through(part, part.all("real"), camera, draw)
         return cls(views, pictures)
 
     def __len__(self) -> int:

@@ -4,12 +4,14 @@ The data of a step is a function of (seed, step, rank) alone, so a run resumes e
 step together are the batch that a single process would get: more processes change the speed, not the result.
 """
 
-from collections.abc import Set
+from collections.abc import Iterable, Set
 from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
 import torch
+
+from vision_s2r.errors import UserError, nearest
 
 
 class ViewSource(Protocol):
@@ -32,6 +34,13 @@ class ViewSource(Protocol):
 
     def batch(self, name: str, indices: torch.Tensor) -> torch.Tensor:
         """Tensor `name` of the scenes `indices` (int64 [B]) on the CPU: [B, ...]."""
+
+
+def require(part: str, views: ViewSource, names: Iterable[str]) -> None:
+    """Raises UserError, with the nearest name, where views lack a tensor; `part` (training …) says which they are."""
+    for name in names:
+        if name not in views.names:
+            raise UserError(f"{part} views hold no '{name}': {nearest(name, views.names)}")
 
 
 def generator(*key: int) -> torch.Generator:

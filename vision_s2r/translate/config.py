@@ -1,5 +1,6 @@
 """The configuration of a translator, as configs/translate/*.yaml has it."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -9,6 +10,7 @@ from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 PICTURES = ("randomised", "real")
+ADVERSARIAL_FORMS = ("hinge", "least_squares")
 PICTURE_TERMS = ("image", "gradient", "ssim", "adversarial", "perceptual", "vgg")  # what the picture is learnt from
 
 
@@ -86,13 +88,8 @@ class BenchmarkConfig:
 def check(cfg: TranslateConfig) -> None:
     """Raises UserError where a value is out of its range."""
     training_config.check(cfg.training)
-    for name in ("network", "discriminator"):
-        for key, value in asdict(getattr(cfg, name)).items():
-            if value <= 0 and (key not in ("rectifier", "residual") or value < 0):
-                raise UserError(f"translate.{name}.{key} = {value}: expected a number above 0")
-    for key, value in asdict(cfg.loss).items():
-        if key != "adversarial_form" and value < 0:
-            raise UserError(f"translate.loss.{key} = {value}: expected a weight of 0 or more")
+    check_sizes("translate", {"network": cfg.network, "discriminator": cfg.discriminator})
+    check_weights("translate", asdict(cfg.loss))
     if not any(getattr(cfg.loss, name) for name in PICTURE_TERMS):
         raise UserError(f"translate.loss: {', '.join(PICTURE_TERMS)} are all 0: expected one of them above 0")
     if cfg.loss.perceptual > 0 and not cfg.q_function:
@@ -100,9 +97,6 @@ def check(cfg: TranslateConfig) -> None:
             f"translate.loss.perceptual = {cfg.loss.perceptual}, but translate.q_function is empty: "
             "expected a policy's best.safetensors"
         )
-    form, forms = cfg.loss.adversarial_form, ("hinge", "least_squares")
-    if form not in forms:
-        raise UserError(f"translate.loss.adversarial_form = '{form}': {nearest(form, forms)}")
     for key in ("every", "probes"):
         if getattr(cfg.widening, key) <= 0:
             raise UserError(f"translate.widening.{key} = {getattr(cfg.widening, key)}: expected a number above 0")
@@ -110,6 +104,24 @@ def check(cfg: TranslateConfig) -> None:
         raise UserError(f"translate.validate_on = '{cfg.validate_on}': {nearest(cfg.validate_on, PICTURES)}")
     if cfg.pictures <= 0:
         raise UserError(f"translate.pictures = {cfg.pictures}: expected a number above 0")
+
+
+def check_sizes(where: str, networks: Mapping[str, NetworkConfig | DiscriminatorConfig]) -> None:
+    """Raises UserError where a size of a network, by its key below `where`, is none."""
+    for name, network in networks.items():
+        for key, value in asdict(network).items():
+            if value <= 0 and (key not in ("rectifier", "residual") or value < 0):
+                raise UserError(f"{where}.{name}.{key} = {value}: expected a number above 0")
+
+
+def check_weights(where: str, loss: Mapping[str, Any]) -> None:
+    """Raises UserError where a weight of the loss below `where` is negative, or its adversarial form unknown."""
+    for key, value in loss.items():
+        if key != "adversarial_form" and value < 0:
+            raise UserError(f"{where}.loss.{key} = {value}: expected a weight of 0 or more")
+    form = loss["adversarial_form"]
+    if form not in ADVERSARIAL_FORMS:
+        raise UserError(f"{where}.loss.adversarial_form = '{form}': {nearest(form, ADVERSARIAL_FORMS)}")
 
 
 def check_benchmark(cfg: BenchmarkConfig) -> None:

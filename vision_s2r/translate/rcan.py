@@ -9,11 +9,12 @@ import torch
 from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig, CameraParameters
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
+from vision_s2r.training.data import require
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
@@ -244,9 +245,7 @@ def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource,
             raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
         picture = "randomised" if part == "training" else cfg.validate_on
         labels = LABELS if judged and part == "validation" else ()
-        for name in (picture, *needed(cfg, judged), *labels):
-            if name not in source.names:
-                raise UserError(f"{part} views hold no '{name}': {nearest(name, source.names)}")
+        require(part, source, (picture, *needed(cfg, judged), *labels))
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
 
