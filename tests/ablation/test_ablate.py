@@ -8,6 +8,7 @@ import signal
 import sys
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 
@@ -16,6 +17,7 @@ from vision_s2r.ablation.summary import Summary
 from vision_s2r.ablation.sweep import ablate
 from vision_s2r.cli import compose
 from vision_s2r.config import Config
+from vision_s2r.evaluate.drawing import LABEL
 from vision_s2r.translate.rcan import Rcan
 
 
@@ -65,6 +67,9 @@ def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, ca
         assert float(by_arm[arm]["change"]) == pytest.approx(change) and not by_arm[reference]["change"]
     assert {"l1", "psnr", "q_difference", "auc", "success webcam"} <= {row["measure"] for row in rows}
     assert (out / "ablation.png").stat().st_size > 0
+    sheet, alone = (cv2.imread(str(out / name)) for name in ("strip.png", "full-0/table/strip.png"))
+    assert sheet.shape == (5 * len(alone) // 2, *alone.shape[1:])  # the pictures, and a row for each arm
+    np.testing.assert_array_equal(sheet[len(alone) // 2 : len(alone), LABEL:], alone[len(alone) // 2 :, LABEL:])
 
     made = {path: path.stat().st_mtime_ns for path in [*out.rglob("*.safetensors"), *out.rglob("result.json")]}
     assert len(made) == 13  # a policy; of the unpaired arms also the whole and its policy

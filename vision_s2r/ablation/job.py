@@ -21,7 +21,7 @@ from vision_s2r.training import checkpoint
 
 log = logging.getLogger(__name__)
 RESULT = "result.json"
-ROW = "translator"  # of a job's transfer table
+TABLE, ROW = "table", "translator"  # a job's transfer table
 
 
 @dataclass(frozen=True)
@@ -77,6 +77,11 @@ def folder(cfg: Config) -> Path:
     return Path(cfg.out) / f"{cfg.ablation.arm}-{cfg.ablation.seed}"
 
 
+def sheet(cfg: Config) -> Path:
+    """Of a finished job: the first scenes through the first camera, and below each its translation (PNG)."""
+    return folder(cfg) / TABLE / "strip.png"
+
+
 def _configured(cfg: Config) -> Config:
     """cfg as its arm changes it, its seed's policy as judge. Raises UserError where something does not fit."""
     check(cfg.ablation, cfg.seeds)
@@ -106,7 +111,7 @@ def _finished(path: Path, settings: dict[str, Any]) -> bool:
 def _success(cfg: Config, translator: Path) -> dict[str, list[int]]:
     """By camera: whether the grasp in each scene held, 0 or 1."""
     rows = {ROW: RowConfig([cfg.translate.q_function], [str(translator)])}
-    settings = through_cameras(cfg.evaluate, rows, cfg.ablation.cameras, folder(cfg) / "table")
+    settings = through_cameras(cfg.evaluate, rows, cfg.ablation.cameras, folder(cfg) / TABLE)
     alone = replace(settings, limit=cfg.ablation.scenes, workers=1)  # jobs share the cores already
     table = evaluate(alone, pipeline.test_scene(cfg))
     return {column.name: table.outcomes(ROW, column.name)[0].astype(int).tolist() for column in table.columns}

@@ -1,14 +1,17 @@
-"""The ablation as a picture: the change of success of each arm, and its metrics."""
+"""The ablation in pictures: the change of success of each arm and its metrics; what each makes of the same scenes."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from PIL import Image
 
 from vision_s2r.ablation.summary import METRICS, SUCCESS, Summary, shown
-from vision_s2r.files import write_figure
+from vision_s2r.evaluate import drawing
+from vision_s2r.files import write, write_figure
 
 INK, RULE = "#1f2328", "#9aa5b1"
 COLOURS = ("#2f7ed8", "#d9702e", "#2b9348")  # by family, in order
@@ -30,6 +33,17 @@ def draw(summary: Summary, path: Path) -> Path:
     left.set_yticks(range(count), [arm.replace("_", " ") for arm in summary.arms])
     left.set_ylim(count - 0.5, -0.5)
     return write_figure(path, figure, DPI)
+
+
+def side_by_side(sheets: Mapping[str, Path], path: Path) -> Path:
+    """The same scenes as they are and as each arm translates them: the rows of the arms' own sheets, as one PNG."""
+    strips: dict[str, np.ndarray] = {}
+    for arm, sheet in sheets.items():
+        above, below = np.split(np.asarray(Image.open(sheet)), 2)
+        strips.setdefault("picture", above)
+        strips[arm] = below
+    inner = (slice(drawing.FRAME, -drawing.FRAME), slice(drawing.LABEL, -drawing.FRAME))
+    return write(path, drawing.png(drawing.sheet({label: strip[inner] for label, strip in strips.items()})))
 
 
 def _changes(axes: Axes, summary: Summary) -> None:

@@ -57,8 +57,10 @@ def sweep(cfg: Config) -> list[str]:
 
 
 def finish(cfg: Config) -> Path:
-    """Write the table (CSV, JSON) and the picture of finished jobs; returns the picture's path."""
-    results = {arm: [job.read(each) for each in seeds] for arm, seeds in job.jobs(cfg).items()}
-    summary = Summary(cfg, results)
-    summary.write(Path(cfg.out))
-    return picture.draw(summary, Path(cfg.out) / f"{NAME}.png")
+    """Write the table (CSV, JSON) and the pictures of finished jobs; returns the path of the first of these."""
+    jobs, out = job.jobs(cfg), Path(cfg.out)
+    summary = Summary(cfg, {arm: [job.read(each) for each in seeds] for arm, seeds in jobs.items()})
+    summary.write(out)
+    if cfg.evaluate.strip:
+        picture.side_by_side({arm: job.sheet(seeds[0]) for arm, seeds in jobs.items()}, out / "strip.png")
+    return picture.draw(summary, out / f"{NAME}.png")
