@@ -107,4 +107,5 @@ def test_changes_are_paired_over_scenes_and_trainings(tmp_path: Path) -> None:
     assert ("no_depth", "depth_error") not in summary.rows
     summary.write(tmp_path)
     content = json.loads((tmp_path / "ablation.json").read_text())
+    assert content["correlations"]["l1"]["value"] < 0  # what errs more grasps less
     assert content["scenes"] == 400 and content["cameras"] == ["webcam", "harsh"]

@@ -78,9 +78,8 @@ def _metrics(axes: Axes, summary: Summary) -> None:
                 base = abs(row.value.value - row.change.value) or 1.0
                 better[at, column] = (-1 if less else 1) * row.change.value / base
     axes.imshow(better, cmap=MAP, vmin=-STRONGEST, vmax=STRONGEST, aspect="auto", alpha=0.6)
-    axes.set_xticks(
-        range(len(METRICS)), [f"{name} {'↓' if less else '↑'}" for name, less in METRICS.items()], fontsize=7.5
-    )
+    labels = [f"{name} {'↓' if less else '↑'}".replace("_", "\n") for name, less in METRICS.items()]
+    axes.set_xticks(range(len(METRICS)), labels, fontsize=7.5)
     axes.tick_params(length=0, top=True, labeltop=True, bottom=False, labelbottom=False, labelleft=False)
     axes.set_xlabel("validation, mean over seeds ± 95 %; blue better, red worse than the reference", fontsize=8)
     axes.spines[:].set_visible(False)

@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,6 +14,7 @@ from rich.table import Table
 
 from vision_s2r.ablation.job import Result
 from vision_s2r.config import Config
+from vision_s2r.content.correlation import over_clusters
 from vision_s2r.files import write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
 
@@ -44,8 +46,7 @@ class Row:
         """JSON-able; None for an end of an interval that one seed cannot give, and for no change."""
         change = asdict(self.change) if self.change else dict.fromkeys(("value", "low", "high"))
         numbers = asdict(self.value) | {f"change_{key}".removesuffix("_value"): each for key, each in change.items()}
-        finite = {k: v if v is not None and math.isfinite(v) else None for k, v in numbers.items()}
-        return {"arm": self.arm, "measure": self.measure} | finite
+        return {"arm": self.arm, "measure": self.measure} | _finite(numbers)
 
 
 class Summary:
@@ -106,6 +107,17 @@ class Summary:
         """[S], or nothing where the arm has no such metric."""
         return np.array([result.metrics[metric] for result in self.results[arm] if metric in result.metrics])
 
+    @cached_property
+    def correlations(self) -> dict[str, Estimate]:
+        """By metric: Spearman's ρ with success over all trainings that have it, whose arms are resampled."""
+        found = {}
+        for metric in METRICS:
+            if arms := [arm for arm in self.arms if (arm, metric) in self.rows]:
+                values = [self._metrics(arm, metric) for arm in arms]
+                success = [self._outcomes(arm, None).mean(1) for arm in arms]
+                found[metric] = over_clusters(values, success, self.cfg.evaluate.seed)
+        return found
+
     def write(self, folder: Path) -> None:
         """ablation.csv and ablation.json; the table on the terminal."""
         records = [{"family": self.family(row.arm)} | row.record() for row in self.rows.values()]
@@ -118,18 +130,29 @@ class Summary:
             "references": self.cfg.ablation.references,
             "arms": {arm: asdict(self.cfg.ablation.definitions[arm]) for arm in self.arms},
             "rows": records,
+            "correlations": {metric: _finite(asdict(each)) for metric, each in self.correlations.items()},
         }
         write(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
         Console(width=150).print(self.text())
 
     def text(self) -> Table:
-        """For the terminal: a line an arm, success in percent, its change in points (95 % interval), metrics."""
+        """For the terminal: a line an arm, success in percent, its change in points (95 % interval), metrics.
+
+        Last, how each metric goes with success.
+        """
         table = Table("arm", "success, %", "change, points", *METRICS, box=None)
         for arm in self.arms:
             success = self.rows[arm, SUCCESS]
             cells = [shown(self.rows[arm, name].value.value) if (arm, name) in self.rows else "" for name in METRICS]
             table.add_row(arm, interval(success.value), interval(success.change) if success.change else "", *cells)
+        rho = self.correlations
+        table.add_row("ρ with success", "", "", *(shown(rho[name].value) if name in rho else "" for name in METRICS))
         return table
+
+
+def _finite(numbers: Mapping[str, float | None]) -> dict[str, float | None]:
+    """None for what is not finite, which JSON cannot hold."""
+    return {key: value if value is not None and math.isfinite(value) else None for key, value in numbers.items()}
 
 
 def interval(estimate: Estimate) -> str:

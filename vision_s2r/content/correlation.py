@@ -75,6 +75,17 @@ class _Statistics:
         return np.array([spearman(values, self._success[some]) for values in self._values[some].T])
 
 
+def over_clusters(values: Sequence[np.ndarray], success: Sequence[np.ndarray], seed: int) -> Estimate:
+    """Spearman's ρ over the members of all clusters, arrays of one length in each; resamples draw whole clusters."""
+    draws = np.random.default_rng(seed).integers(len(values), size=(RESAMPLES, len(values)))
+
+    def statistic(drawn: Sequence[int]) -> float:
+        return spearman(*(np.concatenate([each[k] for k in drawn]) for each in (values, success)))
+
+    low, high = _ends(np.array([statistic(drawn) for drawn in draws.tolist()]), len(values))
+    return Estimate(statistic(range(len(values))), float(low), float(high))
+
+
 def spearman(values: np.ndarray, success: np.ndarray) -> float:
     """Spearman's ρ over where both are known; nan where either is the same everywhere, or of fewer than FEWEST."""
     known = ~np.isnan(values)
