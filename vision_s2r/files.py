@@ -4,6 +4,7 @@ import contextlib
 import csv
 import io
 import json
+import math
 import secrets
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -29,6 +30,15 @@ def write_table(path: Path, records: Sequence[Mapping[str, Any]]) -> Path:
     writer.writeheader()
     writer.writerows(records)
     return write(path, text.getvalue())
+
+
+def finite(data: Any) -> Any:
+    """Plain data with None for numbers that are not finite, which JSON cannot hold."""
+    if isinstance(data, dict):
+        return {key: finite(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [finite(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 def write_figure(path: Path, figure: "Figure", dpi: int) -> Path:

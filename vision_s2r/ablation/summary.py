@@ -1,8 +1,6 @@
 """What the jobs say together: success and metrics of each arm, and how they differ from its family's reference."""
 
 import json
-import math
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +13,7 @@ from rich.table import Table
 from vision_s2r.ablation.job import Result
 from vision_s2r.config import Config
 from vision_s2r.content.correlation import over_clusters
-from vision_s2r.files import write, write_table
+from vision_s2r.files import finite, write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
 
 FORMAT = "vision-s2r/ablation/1"
@@ -46,7 +44,7 @@ class Row:
         """JSON-able; None for an end of an interval that one seed cannot give, and for no change."""
         change = asdict(self.change) if self.change else dict.fromkeys(("value", "low", "high"))
         numbers = asdict(self.value) | {f"change_{key}".removesuffix("_value"): each for key, each in change.items()}
-        return {"arm": self.arm, "measure": self.measure} | _finite(numbers)
+        return {"arm": self.arm, "measure": self.measure} | finite(numbers)
 
 
 class Summary:
@@ -130,7 +128,7 @@ class Summary:
             "references": self.cfg.ablation.references,
             "arms": {arm: asdict(self.cfg.ablation.definitions[arm]) for arm in self.arms},
             "rows": records,
-            "correlations": {metric: _finite(asdict(each)) for metric, each in self.correlations.items()},
+            "correlations": finite({metric: asdict(each) for metric, each in self.correlations.items()}),
         }
         write(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
         Console(width=150).print(self.text())
@@ -148,11 +146,6 @@ class Summary:
         rho = self.correlations
         table.add_row("ρ with success", "", "", *(shown(rho[name].value) if name in rho else "" for name in METRICS))
         return table
-
-
-def _finite(numbers: Mapping[str, float | None]) -> dict[str, float | None]:
-    """None for what is not finite, which JSON cannot hold."""
-    return {key: value if value is not None and math.isfinite(value) else None for key, value in numbers.items()}
 
 
 def interval(estimate: Estimate) -> str:

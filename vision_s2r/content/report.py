@@ -5,7 +5,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import rich.box
@@ -13,7 +12,7 @@ from rich.table import Table
 
 from vision_s2r.content.correlation import Correlation, correlate
 from vision_s2r.content.points import Point
-from vision_s2r.files import write, write_table
+from vision_s2r.files import finite, write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, wilson
 
 FORMAT = "vision-s2r/metrics/1"
@@ -76,7 +75,7 @@ class Report:
             del line["estimate"]
         write_table(folder / "metrics.csv", lines)
         data = {"format": FORMAT, "records": lines, "correlations": [asdict(each) for each in self.correlations]}
-        write(folder / "metrics.json", json.dumps(_finite(data), indent=1) + "\n")
+        write(folder / "metrics.json", json.dumps(finite(data), indent=1) + "\n")
 
     def tables(self) -> list[Table]:
         """For the terminal: metrics by row, then correlations."""
@@ -161,12 +160,3 @@ def _text(estimate: Estimate) -> str:
         return "–"
     interval = f" ({estimate.low:.3g} to {estimate.high:.3g})" if math.isfinite(estimate.low) else ""
     return f"{estimate.value:.3g}{interval}"
-
-
-def _finite(data: Any) -> Any:
-    """The same with null for numbers that are not finite."""
-    if isinstance(data, dict):
-        return {key: _finite(value) for key, value in data.items()}
-    if isinstance(data, list):
-        return [_finite(value) for value in data]
-    return None if isinstance(data, float) and not math.isfinite(data) else data

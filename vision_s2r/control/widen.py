@@ -77,7 +77,7 @@ def widen(cfg: ControlConfig) -> Path:
         "ranges": [history[-1]["ranges"] for history in histories],
         "steps": [cfg.training.envs * cfg.training.rollout * each["update"] for each in histories[0]],
         "performance": [[each["performance"] for each in history] for history in histories],
-        "entropy": [[_finite(each["entropy"]) for each in history] for history in histories],
+        "entropy": files.finite([[each["entropy"] for each in history] for history in histories]),
         "coverage": [[_coverage(cfg, each["ranges"]) for each in history] for history in histories],
         "hand_picked_coverage": _coverage(cfg, rival.effects),
         "table": rows,
@@ -105,10 +105,6 @@ def _table(cfg: ControlConfig, policies: Mapping[str, list[Policy]]) -> dict[str
 def _coverage(cfg: ControlConfig, ranges: Mapping[str, Mapping[str, Any]]) -> float:
     """The share of reality's box that ranges cover; what they leave out is nominal."""
     return covered_of_box(box_of(cfg, ranges), reality_of(cfg, cfg.widening.reality))
-
-
-def _finite(value: float) -> float | None:
-    return value if np.isfinite(value) else None
 
 
 def widening(cfg: ControlConfig, seed: int) -> Widening:

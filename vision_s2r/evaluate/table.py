@@ -1,7 +1,6 @@
 """The transfer table: success by row and column, differences and ratios, as data, CSV, JSON and text."""
 
 import json
-import math
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -16,7 +15,7 @@ from vision_s2r.evaluate.cells import Cell
 from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.scenes import Scenes
-from vision_s2r.files import write, write_table
+from vision_s2r.files import finite, write, write_table
 from vision_s2r.statistics import Bootstrap, Estimate, mcnemar, wilson
 
 FORMAT = "vision-s2r/transfer-table/1"
@@ -36,7 +35,7 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able; null stands for a number that is not finite."""
-        numbers = {key: _finite(value) for key, value in asdict(self.estimate).items()}
+        numbers = finite(asdict(self.estimate))
         return {"column": self.column, "first": self.first, "second": self.second, **numbers, "p": self.p}
 
 
@@ -163,7 +162,3 @@ def _record(
 ) -> dict[str, Any]:
     rate = {"rate": estimate.value, "low": estimate.low, "high": estimate.high}
     return {"row": row, "column": column, "seed": seed, "successes": successes, "attempts": attempts} | rate
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
