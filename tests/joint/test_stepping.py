@@ -1,5 +1,7 @@
 """Joints that are stepped by a controller are those of a log."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,12 @@ from vision_s2r.errors import UserError
 from vision_s2r.joint import JOINT_EFFECTS, Joints, Nominal, pack, simulate
 
 NOMINAL = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
+EFFECTS = [effect for effect in JOINT_EFFECTS if not effect.servo]
 DT = 0.01
 
 
 def machines_with_each_effect():
-    return np.stack([pack(NOMINAL, {effect.name: effect.moderate()}) for effect in JOINT_EFFECTS])
+    return np.stack([pack(NOMINAL, {effect.name: effect.moderate()}) for effect in EFFECTS])
 
 
 def commands(samples):
@@ -29,7 +32,7 @@ def test_stepped_or_simulated_every_effect_is_the_same_to_rounding():
     machines, command = machines_with_each_effect(), commands(400)
     logged = simulate(machines, command[None], np.zeros((1, 2)), DT)[:, 0]
     stepped = play_back(Joints(machines, DT), command)
-    counting = [effect.name for effect in JOINT_EFFECTS].index("encoder_quantization")
+    counting = [effect.name for effect in EFFECTS].index("encoder_quantization")
     np.testing.assert_allclose(stepped[..., 0], logged[..., 0], atol=1e-12)
     np.testing.assert_allclose(np.delete(stepped, counting, 0), np.delete(logged, counting, 0), atol=1e-11)
     behind = np.diff(stepped[counting, :, 0]) / DT  # a controller cannot look a sample ahead
@@ -74,3 +77,5 @@ def test_what_cannot_be_stepped_is_said_in_one_line():
         Joints(machine, DT).reset(np.arange(1), np.repeat(machine, 2, axis=0), np.zeros((1, 2)))
     with pytest.raises(UserError, match="sample_time is 0"):
         Joints(machine, 0.0)
+    with pytest.raises(UserError, match="position servos run over whole logs"):
+        Joints(pack(replace(NOMINAL, proportional_gain=5.0), {})[None], DT)

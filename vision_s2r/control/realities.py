@@ -34,7 +34,7 @@ def realities(cfg: ControlConfig) -> list[Reality]:
         heavier = {**cfg.truth, "inertia": {"value": payload * cfg.nominal.inertia}}
         found.append(Reality(f"inertia × {payload:g}", heavier, EPISODES))
     for effect in JOINT_EFFECTS:
-        if effect.source == "actuator":
+        if effect.source == "actuator" and not effect.servo:
             found.append(Reality(effect.name, {**cfg.truth, effect.name: effect.moderate()}, EPISODES))
     return found
 

@@ -13,7 +13,7 @@ from vision_s2r.control.machines import Drawn, Machines
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.training import train
 from vision_s2r.errors import UserError
-from vision_s2r.joint import DYNAMICS, Nominal
+from vision_s2r.joint import Nominal
 from vision_s2r.randomize import Box, Posterior, effect_ranges, load_distribution
 
 
@@ -34,7 +34,7 @@ def reality_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) 
 
 def nominal_values(cfg: ControlConfig) -> dict[str, dict[str, float]]:
     """The nominal joint by effect and parameter."""
-    return {name: {"value": float(getattr(cfg.nominal, name))} for name in DYNAMICS}
+    return {name: {"value": float(value)} for name, value in vars(cfg.nominal).items()}
 
 
 def trained(

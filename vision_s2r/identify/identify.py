@@ -8,6 +8,7 @@ import numpy as np
 from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names, Values
 from vision_s2r.diagnose.gap import Gap
 from vision_s2r.diagnose.joint import JointCase
+from vision_s2r.diagnose.joint.space import UNFITTED
 from vision_s2r.diagnose.reading import diagnosed, read_report
 from vision_s2r.diagnose.replay import free_run, measured
 from vision_s2r.errors import UserError
@@ -66,7 +67,9 @@ def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
     """
     asked = frozenset(cfg.effects) | _reported(cfg.report)
     held = cfg.hold.known()
-    wanted = (asked | (frozenset(DYNAMICS) - {"torque_constant"})) - held.keys()
+    if asked & UNFITTED:
+        raise UserError(f"{min(asked & UNFITTED)} is simulated, but not yet identified")
+    wanted = (asked | (frozenset(DYNAMICS) - UNFITTED - {"torque_constant"})) - held.keys()
     if recording.units == "linear" and not recording.nominal["gravity_torque"]:
         wanted -= {"gravity_torque"} - asked  # the sine of a distance is no load
     if cfg.method == "inverse" and not wanted <= KNOWN:

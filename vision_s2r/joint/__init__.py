@@ -7,7 +7,7 @@ at a time, for controllers.
 """
 
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect, unit
-from vision_s2r.joint.machine import COLUMNS, DYNAMICS, Nominal, pack, pack_many
+from vision_s2r.joint.machine import COLUMNS, DYNAMICS, SERVO, Nominal, pack, pack_many
 from vision_s2r.joint.simulate import simulate
 from vision_s2r.joint.stepping import Joints
 from vision_s2r.joint.tables import Tables
@@ -16,6 +16,7 @@ __all__ = [
     "COLUMNS",
     "DYNAMICS",
     "JOINT_EFFECTS",
+    "SERVO",
     "JointEffect",
     "Joints",
     "Nominal",

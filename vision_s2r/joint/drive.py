@@ -12,8 +12,11 @@ from vision_s2r.joint.effects.asymmetric_friction import directed
 from vision_s2r.joint.effects.bias_torque import bias
 from vision_s2r.joint.effects.cogging import cogging
 from vision_s2r.joint.effects.coulomb_friction import direction_of
+from vision_s2r.joint.effects.deadband import beyond
+from vision_s2r.joint.effects.encoder_quantization import rounded
 from vision_s2r.joint.effects.gravity_torque import gravity
 from vision_s2r.joint.effects.load_dependent_friction import load_friction
+from vision_s2r.joint.effects.proportional_gain import servo_command
 from vision_s2r.joint.effects.stribeck_friction import stribeck, stribeck_weight
 from vision_s2r.joint.effects.thermal_drift import drifted
 from vision_s2r.joint.effects.torque_constant import motor_torque
@@ -24,26 +27,64 @@ from vision_s2r.joint.machine import Machine
 from vision_s2r.joint.tables import look_up
 
 Glide = tuple[float, Response]  # of motion in one direction: its damping, and the response of a whole step
+# What acts in a step: the command at its start and at its end (a position servo's is its target), for which share of it
+# the latter acts, the factor of u, and the torque on the load.
+Given = tuple[float, float, float, float, float]
+Weight = tuple[float, float]  # of static friction, and of that under load: 1 at rest
+REST: Weight = (1.0, 1.0)
 
 
 @compiled
 def needs_velocity(machine: Machine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
-    stribeck_on = not math.isnan(machine.stribeck_friction_static)
-    return stribeck_on or machine.torque_speed_limit_no_load_speed < math.inf or tables[1, 2] > 0
+    stribeck_on = not math.isnan(machine.stribeck_friction_static) or machine.load_dependent_stribeck_coefficient > 0
+    limited = machine.torque_speed_limit_no_load_speed < math.inf
+    return stribeck_on or limited or tables[1, 2] > 0 or machine.derivative_gain > 0
 
 
 @compiled
 def steady(machine: Machine, heights: np.ndarray) -> bool:
     """Whether a command held makes one torque in one direction, apart from viscous damping."""
     fixed = math.isnan(machine.stribeck_friction_static) and machine.torque_speed_limit_stall == math.inf
+    fixed = fixed and machine.load_dependent_stribeck_coefficient == 0
     return fixed and machine.gravity_torque == 0 and machine.cogging_amplitude == 0 and len(heights) == 0
 
 
 @compiled
-def commanded(machine: Machine, current: float, velocity: float) -> float:
-    """Motor torque of a command at a motor velocity."""
-    torque = saturate(motor_torque(current, machine.torque_constant), machine.torque_saturation_limit)
+def served(machine: Machine, target: float, position: float, velocity: float) -> float:
+    """What a position servo asks of its motor when the load is here and moves so, in units of u."""
+    if machine.encoder_quantization_resolution > 0:
+        position = rounded(position, machine.encoder_quantization_resolution)
+    error = beyond(target - position, machine.deadband_width)
+    if machine.deadband_width > 0 and error == 0:
+        return 0.0
+    gains = machine.proportional_gain, machine.derivative_gain
+    return servo_command(error, velocity, gains[0], gains[1], machine.command_limit)
+
+
+@compiled
+def held(command: float) -> Given:
+    """A command that acts all the step, and nothing else."""
+    return command, command, 0.0, 1.0, 0.0
+
+
+@compiled
+def commanded(machine: Machine, given: Given, position: float, load_velocity: float, velocity: float) -> float:
+    """Mean motor torque in a step, where the load is about here, at its and the motor's velocity."""
+    torque = _motor(machine, given[0], given[3], position, load_velocity, velocity)
+    if given[2] > 0:
+        later = _motor(machine, given[1], given[3], position, load_velocity, velocity)
+        torque += given[2] * (later - torque)
+    return torque
+
+
+@compiled
+def _motor(
+    machine: Machine, current: float, factor: float, position: float, load_velocity: float, velocity: float
+) -> float:
+    if not math.isnan(machine.proportional_gain):
+        current = served(machine, current, position, load_velocity)
+    torque = saturate(motor_torque(current * factor, machine.torque_constant), machine.torque_saturation_limit)
     if machine.torque_speed_limit_stall < math.inf:
         torque = limit_by_speed(
             torque, velocity, machine.torque_speed_limit_stall, machine.torque_speed_limit_no_load_speed
@@ -62,25 +103,29 @@ def on_motor(
 
 @compiled
 def on_load(machine: Machine, position: float) -> float:
-    """Torque on the load."""
-    return gravity(position, machine.gravity_torque) + bias(machine.bias_torque)
+    """Torque on the load, at a position that the encoder shows."""
+    return gravity(position - machine.position_offset, machine.gravity_torque) + bias(machine.bias_torque)
 
 
 @compiled
-def weight_at(machine: Machine, velocity: float) -> float:
-    """How much of the static friction is felt: 1 at rest. 0 where friction does not know rest from motion."""
-    if math.isnan(machine.stribeck_friction_static):
-        return 0.0
-    return stribeck_weight(velocity, machine.stribeck_friction_velocity)
+def weight_at(machine: Machine, velocity: float) -> Weight:
+    """How much of the static frictions is felt: 1 at rest. 0 where friction does not know rest from motion."""
+    static, loaded = 0.0, 0.0
+    if not math.isnan(machine.stribeck_friction_static):
+        static = stribeck_weight(velocity, machine.stribeck_friction_velocity)
+    if machine.load_dependent_stribeck_coefficient > 0:
+        loaded = stribeck_weight(velocity, machine.load_dependent_stribeck_velocity)
+    return static, loaded
 
 
 @compiled
-def dry(machine: Machine, direction: float, weight: float, motor: float) -> float:
+def dry(machine: Machine, direction: float, weight: Weight, motor: float) -> float:
     """Dry friction against motion in this direction (±1) under this motor torque."""
     friction = directed(machine.coulomb_friction, machine.asymmetric_friction_coulomb, direction)
     if not math.isnan(machine.stribeck_friction_static):
-        friction = stribeck(friction, machine.stribeck_friction_static, weight)
-    return friction + load_friction(motor, machine.load_dependent_friction_coefficient)
+        friction = stribeck(friction, machine.stribeck_friction_static, weight[0])
+    coefficient = machine.load_dependent_friction_coefficient + weight[1] * machine.load_dependent_stribeck_coefficient
+    return friction + load_friction(motor, coefficient)
 
 
 @compiled
@@ -95,7 +140,7 @@ def advance(
     machine: Machine,
     velocity: float,
     torque: float,
-    weight: float,
+    weight: Weight,
     motor: float,
     ahead: Glide,
     back: Glide,
@@ -114,7 +159,7 @@ def advance(
     net_back = torque + dry(machine, -1.0, weight, motor)
     if velocity == 0:
         direction = direction_of(velocity, torque)
-        if abs(torque) <= dry(machine, direction, 1.0, motor) or (net_ahead <= 0 <= net_back):
+        if abs(torque) <= dry(machine, direction, REST, motor) or (net_ahead <= 0 <= net_back):
             return 0.0, 0.0, step
     else:
         direction = 1.0 if velocity > 0 else -1.0

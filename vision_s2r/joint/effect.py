@@ -1,5 +1,7 @@
 """What a joint effect is: a wrong nominal parameter, or something of the drive that the simulator lacks."""
 
+from typing import ClassVar
+
 from vision_s2r.effects import Effect, Parameter, Registry
 
 # What the units of a rotary joint are called where the joint is linear.
@@ -11,6 +13,9 @@ LINEAR_UNITS = {
     "kg·m²": "kg",
     "N·m·s/rad": "N·s/m",
     "N·m/rad": "N/m",
+    "rad/s²": "m/s²",
+    "1/rad": "1/m",
+    "s/rad": "s/m",
 }
 
 
@@ -23,6 +28,8 @@ class JointEffect(Effect):
     Bounds are wide enough for a wristwatch and for an axis of a milling machine, in SI units; `moderate` is meant for
     a small joint (0.02 kg·m², 0.1 N·m·s/rad, 0.02 N·m, about 1 N·m of motor torque).
     """
+
+    servo: ClassVar[bool] = False  # of the law of a position servo, and of no other joint
 
 
 JOINT_EFFECTS: Registry[JointEffect] = Registry("joint")

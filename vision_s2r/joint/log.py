@@ -17,6 +17,9 @@ class Log(NamedTuple):
     leak: float
     sample_time: float
     substeps: int
+    times: np.ndarray  # [T] s from the first sample, or empty: every `sample_time`
+    scale: np.ndarray  # [T] factor of u, held between samples, or empty: 1
+    external: np.ndarray  # [T] torque on the load, held between samples, or empty: none
 
 
 @compiled

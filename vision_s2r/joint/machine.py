@@ -16,7 +16,11 @@ from vision_s2r.joint.effect import JOINT_EFFECTS
 
 @dataclass(frozen=True)
 class Nominal:
-    """The nominal simulator: J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0. SI units, rotary or linear."""
+    """The nominal simulator: J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0. SI units, rotary or linear.
+
+    The encoder shows θ + position_offset. With a proportional gain the joint is a position servo: it is commanded by
+    target positions, and u = clip(proportional_gain·(target − θ) − derivative_gain·θ̇, ±command_limit) at every moment.
+    """
 
     torque_constant: float
     inertia: float
@@ -24,12 +28,18 @@ class Nominal:
     coulomb_friction: float
     gravity_torque: float = 0.0
     bias_torque: float = 0.0
+    position_offset: float = 0.0
+    proportional_gain: float | None = None  # None: no servo
+    derivative_gain: float = 0.0
+    command_limit: float = math.inf
 
 
-DYNAMICS = tuple(field.name for field in fields(Nominal))  # the effects that replace a nominal value
+_NOMINAL = tuple(field.name for field in fields(Nominal))
+DYNAMICS = tuple(name for name in _NOMINAL if name in JOINT_EFFECTS)  # the effects that replace a nominal value
+SERVO = tuple(effect.name for effect in JOINT_EFFECTS if effect.servo)  # the effects of position servos alone
 
 # The flat layout of one machine: the nominal values, then every parameter of every effect of the drive.
-COLUMNS: tuple[str, ...] = DYNAMICS + tuple(
+COLUMNS: tuple[str, ...] = _NOMINAL + tuple(
     f"{effect.name}.{parameter.name}"
     for effect in JOINT_EFFECTS
     if effect.source == "actuator"
@@ -50,7 +60,8 @@ _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 def _absent() -> np.ndarray:
     """A machine without effects: neutral values, and NaN where a parameter has none."""
     row = np.full(len(COLUMNS), math.nan)
-    row[: len(DYNAMICS)] = 0.0
+    row[: len(_NOMINAL)] = 0.0
+    row[_INDEX["proportional_gain"]] = math.nan
     for effect in JOINT_EFFECTS:
         for parameter in effect.parameters:
             if effect.source == "actuator" and parameter.neutral is not None:
@@ -65,15 +76,21 @@ def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndar
     """The row [P] float64, laid out as COLUMNS, of a machine with these effects (by name, parameters by name).
 
     An effect of the dynamics replaces its nominal value, one of the drive is added. What is absent is at its neutral
-    value, or NaN where it has none. Raises UserError for a name that is not known, or a value out of bounds.
+    value, or NaN where it has none. Raises UserError for a name that is not known, a value out of bounds, or an effect
+    of position servos on a joint that is none.
     """
     row = _ABSENT.copy()
     for name, value in asdict(nominal).items():
-        if not math.isfinite(value):
+        if value is None:
+            continue
+        if not math.isfinite(value) and not (name == "command_limit" and value == math.inf):
             raise UserError(f"nominal {name} is {value}, expected a finite number")
         row[_INDEX[name]] = value
-    if nominal.inertia <= 0:
-        raise UserError(f"nominal inertia is {nominal.inertia:g}, expected more than 0")
+    for name in ("inertia", "command_limit"):
+        if row[_INDEX[name]] <= 0:
+            raise UserError(f"nominal {name} is {row[_INDEX[name]]:g}, expected more than 0")
+    if nominal.proportional_gain is None and (wrong := [name for name in values if name in SERVO]):
+        raise UserError(f"{wrong[0]} is of a position servo, but this joint is commanded by currents or torques")
     for name, given in values.items():
         effect = JOINT_EFFECTS[name]
         for parameter, value in effect.check(given).items():

@@ -8,12 +8,24 @@ nominal joint without gravity is exact at any step.
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import Glide, advance, commanded, glides, needs_velocity, on_load, on_motor, weight_at
+from vision_s2r.joint.drive import (
+    Given,
+    Glide,
+    Weight,
+    advance,
+    commanded,
+    glides,
+    held,
+    needs_velocity,
+    on_load,
+    on_motor,
+    weight_at,
+)
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import Log, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 
-State = tuple[float, float, float, float]  # position, velocity, and weight and other torque as the last step had them
+State = tuple[float, float, Weight, float]  # position, velocity, and weight and other torque as the last step had them
 Paths = tuple[tuple[Glide, Glide], tuple[Glide, Glide]]
 
 
@@ -35,8 +47,8 @@ def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log
         time = k * log.sample_time
         if machine.thermal_drift_rate != 0:
             paths = glides(machine, time + 0.5 * log.sample_time, machine.inertia, steps)
-        currents = (sent(log.command, k - whole - 1), sent(log.command, k - whole))
-        state = one_mass_sample(machine, tables, heights, state, currents, time, counts, steps, paths, fast)
+        given = (held(sent(log.command, k - whole - 1)), held(sent(log.command, k - whole)))
+        state = one_mass_sample(machine, tables, heights, state, given, time, counts, steps, paths, fast)
 
 
 @compiled
@@ -54,7 +66,7 @@ def one_mass_sample(
     tables: np.ndarray,
     heights: np.ndarray,
     state: State,
-    currents: tuple[float, float],  # before and after the command changes within the sample
+    given: tuple[Given, Given],  # before and after the command changes within the sample
     time: float,  # at the start of the sample
     counts: tuple[int, int],
     steps: tuple[float, float],
@@ -64,7 +76,6 @@ def one_mass_sample(
     """The state a sample later."""
     position, velocity, weight, other = state
     for segment in range(2):
-        current = currents[segment]
         step = steps[segment]
         ahead, back = paths[segment]
         for _ in range(counts[segment]):
@@ -76,7 +87,7 @@ def one_mass_sample(
                 velocity,
                 weight,
                 other,
-                current,
+                given[segment],
                 time + 0.5 * step,
                 ahead,
                 back,
@@ -94,25 +105,25 @@ def _step(
     heights: np.ndarray,
     position: float,
     velocity: float,
-    weight: float,  # of static friction, as the last step had it
+    weight: Weight,  # of static friction, as the last step had it
     other: float,  # torque beside the commanded one, as the last step had it
-    current: float,
+    given: Given,
     time: float,  # in the middle of the step
     ahead: Glide,
     back: Glide,
     step: float,
     fast: bool,  # no torque needs the velocity in the middle of the step
-) -> tuple[float, float, float, float]:
+) -> State:
     """Position, velocity, and the weight and other torque in the middle of the step."""
     middle = velocity
     if not fast:
-        motor = commanded(machine, current, velocity)
+        motor = commanded(machine, given, position, velocity, velocity)
         _, after, _ = advance(machine, velocity, motor + other, weight, motor, ahead, back, machine.inertia, step, True)
         middle = 0.5 * (velocity + after)
         weight = weight_at(machine, middle)
-    motor = commanded(machine, current, middle)
     halfway = position + 0.5 * step * middle
-    other = on_motor(machine, tables, heights, halfway, middle, time) + on_load(machine, halfway)
+    motor = commanded(machine, given, halfway, middle, middle)
+    other = on_motor(machine, tables, heights, halfway, middle, time) + on_load(machine, halfway) + given[4]
     torque = motor + other
     distance, velocity, used = advance(
         machine, velocity, torque, weight, motor, ahead, back, machine.inertia, step, True

@@ -5,7 +5,7 @@ under torques taken in the middle of the step, the motion is exact.
 """
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import Glide, advance, weight_at
+from vision_s2r.joint.drive import Glide, Weight, advance, weight_at
 from vision_s2r.joint.effects.backlash import contact_force, impact_time, merged
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.machine import Machine
@@ -21,7 +21,7 @@ State = tuple[float, float, float, float, float]
 def play_step(
     machine: Machine,
     state: State,
-    weight: float,  # of static friction
+    weight: Weight,  # of static friction
     motor: float,  # the commanded torque
     motor_torque: float,  # all torque on the motor but its friction
     load_torque: float,
@@ -85,20 +85,21 @@ def play_step(
 
 
 @compiled
-def play_velocity(
+def play_velocities(
     machine: Machine,
     state: State,
-    weight: float,
+    weight: Weight,
     motor: float,
     motor_torque: float,
     load_torque: float,
     joined: tuple[Glide, Glide],
     alone: tuple[Glide, Glide],
     step: float,
-) -> float:
-    """The motor's velocity after a step in which motor and load touch all the time or not at all."""
+) -> tuple[float, float]:
+    """Velocities of motor and load after a step in which they touch all the time or not at all."""
     touching = state[4] != 0
     ahead, back = joined if touching else alone
     inertia = machine.inertia if touching else half(machine.inertia)
     torque = motor_torque + load_torque if touching else motor_torque
-    return advance(machine, state[0], torque, weight, motor, ahead, back, inertia, step, True)[1]
+    after = advance(machine, state[0], torque, weight, motor, ahead, back, inertia, step, True)[1]
+    return after, after if touching else state[1] + step * load_torque / inertia

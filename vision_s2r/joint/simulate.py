@@ -13,6 +13,7 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
+from vision_s2r.joint.clock import clocked_one_mass, clocked_two_masses
 from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effects.encoder_quantization import quantise
 from vision_s2r.joint.log import Log
@@ -25,6 +26,7 @@ STEP = 0.002  # s; the default step is the longest below it that divides the sam
 WORTH_THREADS = 500_000  # steps; less than this is over before threads have started
 
 _WIDTH = len(COLUMNS)
+_SERVO = COLUMNS.index("proportional_gain")
 _NO_TABLES = Tables()
 _PLAIN: Final = ("C", "W")  # of arrays: one type, so that the kernel is compiled once
 
@@ -35,6 +37,9 @@ def simulate(
     first: np.ndarray,
     sample_time: float,
     *,
+    times: np.ndarray | None = None,
+    scale: np.ndarray | None = None,
+    external: np.ndarray | None = None,
     lengths: np.ndarray | None = None,
     observed: np.ndarray | None = None,
     leak: float = 0.0,
@@ -45,9 +50,13 @@ def simulate(
     """Positions and velocities [C, E, T, 2] float64 (rad, rad/s, or m, m/s) that the encoder shows.
 
     machines [C, P]   rows of `pack`; with `tables` the heights of their knots behind, [C, P + tables.width]
-    command [E, T]    current (A), or torque or force where the torque constant is 1; held between samples
+    command [E, T]    current (A), or torque or force where the torque constant is 1, or a position servo's target
+                      (rad, m); held between samples
     first [E, 2]      position and velocity at the first sample
     sample_time       s between samples
+    times [E, T]      s of each sample, rising, where they are not even; only differences count
+    scale [E, T]      factor of the current (a supply that sags, 0 where the drive is off); held between samples
+    external [E, T]   torque (N·m, N) on the load; held between samples
     lengths [E]       samples of each episode, T by default; rows beyond are NaN
     observed [E, T, 2], leak    an observer: at each sample `leak` times (observed - simulated) is added to the
                       simulated state, after its row is written, so that the row is a prediction. Where observed is
@@ -57,7 +66,8 @@ def simulate(
     threads           by default as many as the machine has, for work that is worth it
 
     Row k is the state at sample k, before command k acts. Play starts in its middle, a spring untwisted; latency
-    begins with no command (0). Raises UserError for shapes that do not fit.
+    begins with no command (0), or a servo's first position. Raises UserError for shapes that do not fit, and where
+    servos and others are mixed.
     """
     layout = (tables or _NO_TABLES).array()
     machines, command, first = (np.require(x, np.float64, _PLAIN) for x in (machines, command, first))
@@ -79,9 +89,10 @@ def simulate(
         threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
     threads = max(1, min(threads, jobs))
     inputs = (command, first, float(sample_time), lengths, observed, float(leak))
+    clock = _clock(machines, command, sample_time, lengths, times, scale, external)
 
     def share(k: int) -> None:
-        _kernel(machines, *inputs, steps, substeps is None, layout, k, threads, out)
+        _kernel(machines, *inputs, *clock, steps, substeps is None, layout, k, threads, out)
 
     if threads == 1:
         share(0)
@@ -105,6 +116,35 @@ def _check(
     return command.shape[0], command.shape[1]
 
 
+def _clock(
+    machines: np.ndarray,
+    command: np.ndarray,
+    sample_time: float,
+    lengths: np.ndarray,
+    times: np.ndarray | None,
+    scale: np.ndarray | None,
+    external: np.ndarray | None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times, scale and external torque [E, T], each [E, 0] where there is none; no times: samples rule the steps."""
+    servo = ~np.isnan(machines[:, _SERVO])
+    if servo.any() and not servo.all():
+        raise UserError("some machines are position servos and some are not, expected all of one kind")
+    if times is None and (servo.any() or scale is not None or external is not None):
+        times = np.broadcast_to(np.arange(command.shape[1]) * sample_time, command.shape)
+    none = np.empty((len(command), 0))
+    found = []
+    for name, values in (("times", times), ("scale", scale), ("external", external)):
+        if values is not None and values.shape != command.shape:
+            raise UserError(f"{name} is {values.shape}, expected {command.shape}")
+        found.append(none if values is None else np.require(values, np.float64, _PLAIN))
+    if times is not None:
+        found[0] = np.require(found[0] - found[0][:, :1], np.float64, _PLAIN)
+        for row, length in zip(found[0], lengths, strict=True):
+            if not (np.diff(row[:length]) > 0).all():
+                raise UserError("times do not rise, expected seconds, each later than the one before")
+    return found[0], found[1], found[2]
+
+
 def _compile(sources: str) -> Callable[..., Any]:
     """The kernel. `sources`, a digest of this room's code, is part of what numba's cache knows it by.
 
@@ -120,6 +160,9 @@ def _compile(sources: str) -> Callable[..., Any]:
         lengths: np.ndarray,
         observed: np.ndarray,
         leak: float,
+        times: np.ndarray,
+        scale: np.ndarray,
+        external: np.ndarray,
         substeps: int,
         fewest: bool,
         tables: np.ndarray,
@@ -136,14 +179,20 @@ def _compile(sources: str) -> Callable[..., Any]:
             heights = row[_WIDTH:]
             states = out[c, e, : lengths[e]]
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
-            steps = 1 if fewest and one and steady(machine, heights) else substeps
-            log = Log(command[e], first[e], observed[e], leak, sample_time, steps)
-            if one:
+            clocked = times.shape[1] > 0
+            steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
+            inputs = (times[e, : lengths[e] if clocked else 0], scale[e], external[e])
+            log = Log(command[e], first[e], observed[e], leak, sample_time, steps, *inputs)
+            if clocked and one:
+                clocked_one_mass(machine, tables, heights, log, states)
+            elif clocked:
+                clocked_two_masses(machine, tables, heights, log, states)
+            elif one:
                 one_mass(machine, tables, heights, log, states)
             else:
                 two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
-                quantise(states, machine.encoder_quantization_resolution, sample_time)
+                quantise(states, machine.encoder_quantization_resolution, sample_time, log.times)
 
     return kernel
 

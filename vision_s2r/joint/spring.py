@@ -8,7 +8,7 @@ meets the end of the play is taken in small pieces.
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import dry
+from vision_s2r.joint.drive import REST, Weight, dry
 from vision_s2r.joint.effects.compliance import spring_response, spring_torque
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.inertia import half
@@ -33,7 +33,7 @@ def spring_responses(machine: Machine, step: float, out: np.ndarray) -> None:
 def spring_step(
     machine: Machine,
     state: State,
-    weight: float,  # of static friction
+    weight: Weight,  # of static friction
     motor: float,  # the commanded torque
     motor_torque: float,  # all torque on the motor but its friction
     load_torque: float,
@@ -64,17 +64,17 @@ def spring_step(
 
 
 @compiled
-def spring_velocity(
+def spring_velocities(
     machine: Machine,
     state: State,
-    weight: float,
+    weight: Weight,
     motor: float,
     motor_torque: float,
     load_torque: float,
     damping: tuple[float, float],
     responses: np.ndarray,
-) -> float:
-    """The motor's velocity after a step in which the spring touches all the time or not at all, and friction too."""
+) -> tuple[float, float]:
+    """Velocities of motor and load after a step in which the spring touches all the time, or not at all."""
     v_motor, v_load, twist, _, _ = state
     side = _side(machine, state)
     response = responses[0 if side != 0 or machine.backlash_width == 0 else 1]
@@ -83,7 +83,8 @@ def spring_velocity(
     extra = (damping[0] if direction > 0 else damping[1]) - machine.viscous_damping
     pushed = motor_torque - direction * dry(machine, direction, weight, motor) - extra * v_motor
     after = _respond(response, 0, v_motor, v_load, twist, pushed, load_torque)
-    return after if direction * after > 0 else 0.0
+    load = _respond(response, 1, v_motor, v_load, twist, pushed, load_torque)
+    return after if direction * after > 0 else 0.0, load
 
 
 @compiled
@@ -100,7 +101,7 @@ def _side(machine: Machine, state: State) -> float:
 def _piece(
     machine: Machine,
     state: State,
-    weight: float,
+    weight: Weight,
     motor: float,
     motor_torque: float,
     load_torque: float,
@@ -124,7 +125,7 @@ def _piece(
         motor_torque -= extra * 0.5 * (v_motor + after) / (1 + 0.5 * gain * extra)
     ahead = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
     hold = (ahead - response[0, 0] * v_motor) / gain  # the friction that would keep a resting motor at rest
-    stuck = abs(hold) <= dry(machine, direction_of(0.0, hold), 1.0, motor)
+    stuck = abs(hold) <= dry(machine, direction_of(0.0, hold), REST, motor)
     if v_motor == 0:
         direction = direction_of(0.0, hold)
         friction = hold if stuck else direction * dry(machine, direction, weight, motor)
@@ -133,7 +134,7 @@ def _piece(
         after = ahead - gain * friction
         if direction * after < 0:  # it comes to rest on the way
             stuck = stuck or direction * hold > 0
-            back = -direction * dry(machine, -direction, 1.0, motor)
+            back = -direction * dry(machine, -direction, REST, motor)
             share = v_motor / (v_motor - after)
             friction = ahead / gain if stuck else friction * share + back * (1 - share)
         else:

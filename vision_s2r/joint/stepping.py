@@ -10,7 +10,7 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint.drive import glides, needs_velocity, steady
+from vision_s2r.joint.drive import glides, held, needs_velocity, steady
 from vision_s2r.joint.effects.encoder_quantization import rounded
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
@@ -32,7 +32,8 @@ WORTH_THREADS = 4096  # joints; less than this is over before a second thread ha
 _WIDTH = len(COLUMNS)
 _DELAY = COLUMNS.index("latency.delay")
 _STIFFNESS = COLUMNS.index("compliance.stiffness")
-_STATE = 7  # position and velocity of the load, weight, other torque, velocity of the motor, twist, side
+_SERVO = COLUMNS.index("proportional_gain")
+_STATE = 8  # position and velocity of the load, weights, other torque, velocity of the motor, twist, side
 
 
 class Joints:
@@ -99,6 +100,8 @@ class Joints:
             shapes = f"{(len(which), _WIDTH)} and {(len(which), 2)}"
             raise UserError(f"machines are {machines.shape} and states {first.shape}, expected {shapes}")
         check(machines)
+        if not np.isnan(machines[:, _SERVO]).all():
+            raise UserError("position servos run over whole logs, in `simulate`; Joints are commanded by currents")
         if sample_time is not None:
             seconds = np.broadcast_to(sample_time, which.shape)
             if not (np.all(seconds > 0) and np.all(np.isfinite(seconds))):
@@ -181,8 +184,8 @@ def _compile(sources: str) -> tuple[Any, Any]:
                 _, fraction = split_delay(machine.latency_delay, sample_times[n])
                 steps = segments(fraction, sample_times[n], substeps[n])[1]
                 two_masses_responses(machine, steps, responses[n])
-            states[n, 2], states[n, 3] = weight, other
-            states[n, 4], states[n, 5], states[n, 6] = velocity, 0.0, 0.0
+            states[n, 2], states[n, 3], states[n, 4] = weight[0], weight[1], other
+            states[n, 5], states[n, 6], states[n, 7] = velocity, 0.0, 0.0
             resolution = machine.encoder_quantization_resolution
             shown[n, 0], shown[n, 1] = position, velocity
             if resolution > 0:
@@ -213,24 +216,26 @@ def _compile(sources: str) -> tuple[Any, Any]:
             sent[n, k % ring] = command[n]
             whole, fraction = split_delay(machine.latency_delay, sample_time)
             before = sent[n, (k - whole - 1) % ring] if k > whole else 0.0
-            currents = (before, sent[n, (k - whole) % ring] if k >= whole else 0.0)
+            now = sent[n, (k - whole) % ring] if k >= whole else 0.0
+            given = (held(before), held(now))
             time = k * sample_time
             fast = not needs_velocity(machine, layout)
             state = states[n]
             if machine.backlash_width == 0 and not sprung(machine):
                 counts, steps = segments(fraction, sample_time, 1 if steady(machine, none) else substeps[n])
                 paths = glides(machine, time + 0.5 * sample_time, machine.inertia, steps)
-                one = (state[0], state[1], state[2], state[3])
-                one = one_mass_sample(machine, layout, none, one, currents, time, counts, steps, paths, fast)
-                state[0], state[1], state[2], state[3] = one
+                one = (state[0], state[1], (state[2], state[3]), state[4])
+                one = one_mass_sample(machine, layout, none, one, given, time, counts, steps, paths, fast)
+                state[0], state[1], (state[2], state[3]), state[4] = one
             else:
                 counts, steps = segments(fraction, sample_time, substeps[n])
                 both = two_masses_paths(machine, time + 0.5 * sample_time, steps)
-                masses = ((state[4], state[1], state[5], state[0], state[6]), state[2], state[3])
+                masses = ((state[5], state[1], state[6], state[0], state[7]), (state[2], state[3]), state[4])
                 response = responses[n if sprung(machine) else 0]
-                (state[4], state[1], state[5], state[0], state[6]), state[2], state[3] = two_masses_sample(
-                    machine, layout, none, masses, currents, time, counts, steps, both, response, fast
+                masses = two_masses_sample(
+                    machine, layout, none, masses, given, time, counts, steps, both, response, fast
                 )
+                (state[5], state[1], state[6], state[0], state[7]), (state[2], state[3]), state[4] = masses
             samples[n] = k + 1
             resolution = machine.encoder_quantization_resolution
             if resolution > 0:

@@ -5,18 +5,29 @@ import math
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import commanded, glides, needs_velocity, on_load, on_motor, viscous, weight_at
+from vision_s2r.joint.drive import (
+    Given,
+    Weight,
+    commanded,
+    glides,
+    held,
+    needs_velocity,
+    on_load,
+    on_motor,
+    viscous,
+    weight_at,
+)
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import Log, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 from vision_s2r.joint.one_mass import Paths
-from vision_s2r.joint.play import State, play_step, play_velocity
-from vision_s2r.joint.spring import spring_responses, spring_step, spring_velocity
+from vision_s2r.joint.play import State, play_step, play_velocities
+from vision_s2r.joint.spring import spring_responses, spring_step, spring_velocities
 
 RESPONSES = (2, 4, 4, 5)  # the shape of what a spring does, in either segment of a sample
 
-Masses = tuple[State, float, float]  # and weight and other torque as the last step had them
+Masses = tuple[State, Weight, float]  # and weight and other torque as the last step had them
 MassPaths = tuple[tuple[float, float], Paths, Paths]  # damping, and motion of both masses together, of one alone
 
 
@@ -44,10 +55,8 @@ def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: L
         time = k * log.sample_time
         if machine.thermal_drift_rate != 0:
             paths = two_masses_paths(machine, time + 0.5 * log.sample_time, steps)
-        currents = (sent(log.command, k - whole - 1), sent(log.command, k - whole))
-        masses = two_masses_sample(
-            machine, tables, heights, masses, currents, time, counts, steps, paths, responses, fast
-        )
+        given = (held(sent(log.command, k - whole - 1)), held(sent(log.command, k - whole)))
+        masses = two_masses_sample(machine, tables, heights, masses, given, time, counts, steps, paths, responses, fast)
 
 
 @compiled
@@ -86,7 +95,7 @@ def two_masses_sample(
     tables: np.ndarray,
     heights: np.ndarray,
     masses: Masses,
-    currents: tuple[float, float],  # before and after the command changes within the sample
+    given: tuple[Given, Given],  # before and after the command changes within the sample
     time: float,  # at the start of the sample
     counts: tuple[int, int],
     steps: tuple[float, float],
@@ -98,27 +107,27 @@ def two_masses_sample(
     state, weight, other = masses
     damping, joined, alone = paths
     for segment in range(2):
-        current = currents[segment]
+        inputs = given[segment]
         step = steps[segment]
         for _ in range(counts[segment]):
             v_motor, v_load, twist, position, _ = state
-            middle = v_motor
+            middle, load_middle = v_motor, v_load
             if not fast:
-                motor = commanded(machine, current, v_motor)
-                load = on_load(machine, position)
+                motor = commanded(machine, inputs, position, v_load, v_motor)
+                load = on_load(machine, position) + inputs[4]
                 if sprung(machine):
                     spring = responses[segment]
-                    ahead = spring_velocity(machine, state, weight, motor, motor + other, load, damping, spring)
+                    after = spring_velocities(machine, state, weight, motor, motor + other, load, damping, spring)
                 else:
-                    ahead = play_velocity(
+                    after = play_velocities(
                         machine, state, weight, motor, motor + other, load, joined[segment], alone[segment], step
                     )
-                middle = 0.5 * (v_motor + ahead)
+                middle, load_middle = 0.5 * (v_motor + after[0]), 0.5 * (v_load + after[1])
                 weight = weight_at(machine, middle)
-            motor = commanded(machine, current, middle)
+            motor = commanded(machine, inputs, position + 0.5 * step * v_load, load_middle, middle)
             shaft = position + twist + 0.5 * step * middle
             other = on_motor(machine, tables, heights, shaft, middle, time + 0.5 * step)
-            load = on_load(machine, position + 0.5 * step * v_load)
+            load = on_load(machine, position + 0.5 * step * v_load) + inputs[4]
             if sprung(machine):
                 spring = responses[segment]
                 state = spring_step(machine, state, weight, motor, motor + other, load, damping, spring, step)

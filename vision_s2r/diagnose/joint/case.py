@@ -18,6 +18,7 @@ from vision_s2r.diagnose.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.diagnose.joint.noise import fast_variance, inflation, memory
 from vision_s2r.diagnose.joint.observer import Observer
 from vision_s2r.diagnose.joint.silence import silent
+from vision_s2r.diagnose.joint.space import UNFITTED
 from vision_s2r.diagnose.joint.track import LEAK, Track, fast_noise, led_by, make_track
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.joint import DYNAMICS, unit
@@ -66,12 +67,12 @@ class JointCase:
 
     def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
         self.recording = recording
-        self.library = library
+        self.library = {name: effect for name, effect in library.items() if name not in UNFITTED}
         lattice = find_lattice(recording.position, recording.lengths)
         derived = lattice is not None and _is_derived(recording)
         self.track: Track = make_track(recording, derived)
         self.units = self.track.count
-        self.refitted = frozenset(self.refitted & library.keys())
+        self.refitted = frozenset(self.refitted & self.library.keys())
         self.unit = "rad/s" if recording.units == "rotary" else "m/s"
         self.described = self._describe()
         rounding = lattice.resolution**2 / 12 if lattice else 0.0

@@ -9,9 +9,10 @@ import numpy as np
 from vision_s2r.diagnose.case import Hypothesis
 from vision_s2r.diagnose.joint.decoys import DECOYS, Decoy
 from vision_s2r.diagnose.joint.track import Scales, Track
-from vision_s2r.joint import COLUMNS, DYNAMICS, Nominal, Tables, pack
+from vision_s2r.joint import COLUMNS, DYNAMICS, SERVO, Nominal, Tables, pack
 
 INDEX = {column: k for k, column in enumerate(COLUMNS)}
+UNFITTED = frozenset({*SERVO, "position_offset", "load_dependent_stribeck"})  # they are simulated, but not yet fitted
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,9 @@ class Space:
     def start(self, hypothesis: Hypothesis) -> np.ndarray:
         """The point [D] at this hypothesis; a dynamics parameter that it has not is nominal. KeyError for others."""
         nominal = self.track.nominal
-        values: dict[str, Mapping[str, float]] = {n: {"value": float(getattr(nominal, n))} for n in DYNAMICS}
+        values: dict[str, Mapping[str, float]] = {
+            n: {"value": float(getattr(nominal, n))} for n in DYNAMICS if n not in UNFITTED
+        }
         values |= hypothesis.values
         point = []
         for c in self.coordinates:

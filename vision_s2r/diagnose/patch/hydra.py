@@ -13,7 +13,7 @@ def joint(named: Diagnosed, recording: JointRecording, randomise: bool) -> str:
     """YAML of a joint: `nominal` with the diagnosed values in it, and `effects` of the drive."""
     lines = [f"# A joint as it was diagnosed{f', {RANDOMISED}' if randomise else ''}; SI units, {recording.units}.", ""]
     lines += ["# J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0", "nominal:"]
-    for name in DYNAMICS:
+    for name in [name for name in DYNAMICS if name in recording.nominal]:
         (parameter,) = JOINT_EFFECTS[name].parameters
         where = unit(parameter, recording.units)
         if name in named:

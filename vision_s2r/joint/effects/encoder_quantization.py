@@ -11,7 +11,10 @@ from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 @JOINT_EFFECTS.register
 class EncoderQuantization(JointEffect):
-    """Position rounded to multiples of the resolution, velocity its central difference (one-sided at the ends)."""
+    """Position rounded to multiples of the resolution, velocity its central difference (one-sided at the ends).
+
+    A position servo sees it rounded too.
+    """
 
     name = "encoder_quantization"
     source = "actuator"
@@ -25,12 +28,13 @@ def rounded(position: float, resolution: float) -> float:
 
 
 @compiled
-def quantise(states: np.ndarray, resolution: float, sample_time: float) -> None:
-    """What the encoder shows of the states [T, 2], in place."""
+def quantise(states: np.ndarray, resolution: float, sample_time: float, times: np.ndarray) -> None:
+    """What the encoder shows of the states [T, 2], in place; at `times` [T], or every `sample_time` where empty."""
     length = len(states)
     for k in range(length):
         states[k, 0] = rounded(states[k, 0], resolution)
     for k in range(length):
         before, after = max(k - 1, 0), min(k + 1, length - 1)
         if after > before:
-            states[k, 1] = (states[after, 0] - states[before, 0]) / ((after - before) * sample_time)
+            span = times[after] - times[before] if len(times) else (after - before) * sample_time
+            states[k, 1] = (states[after, 0] - states[before, 0]) / span

@@ -9,7 +9,10 @@ from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 @JOINT_EFFECTS.register
 class Latency(JointEffect):
-    """The command acts `delay` later, any fraction of a sample; before the first command there is none (0)."""
+    """The command acts `delay` later, any fraction of a sample.
+
+    Before the first command there is none (0); a position servo stays at the first position.
+    """
 
     name = "latency"
     source = "actuator"

@@ -1,0 +1,160 @@
+"""Episodes whose joint runs on a clock of its own: position servos, uneven samples, and torques from outside.
+
+The integrator takes steps of one length from the first sample on, whatever the samples do. A command that changes in
+a step acts by the mean torque, so that it has the impulse that it should; samples within a step are read off the cubic
+through the positions and velocities at its ends. An observer's corrections wait for the end of the step.
+"""
+
+import math
+
+import numpy as np
+
+from vision_s2r.joint.compiled import compiled
+from vision_s2r.joint.drive import Given, glides, needs_velocity
+from vision_s2r.joint.effects.velocity_limit import profile
+from vision_s2r.joint.log import Log, correction
+from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.two_masses import (
+    RESPONSES,
+    sprung,
+    two_masses_paths,
+    two_masses_responses,
+    two_masses_sample,
+    two_masses_start,
+)
+
+ROUNDING = 1e-9  # of a step: a sample no later than this after its end is at its end
+
+# Rows whose command, and whose other inputs, act at the end of the last step; set point of a servo and its rate.
+Cursor = tuple[int, int, float, float]
+
+
+@compiled
+def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+    """An episode of a joint without play or spring, into `out` [T, 2]."""
+    step = log.sample_time / log.substeps
+    state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
+    paths = glides(machine, 0.5 * step, machine.inertia, (step, step))
+    fast = not needs_velocity(machine, tables)
+    cursor: Cursor = (-1, 0, log.first[0], 0.0)
+    row, shift = _read(log, 0, -step, step, (state[0], state[1]), (state[0], state[1]), out)
+    count = 0
+    while row < len(out):
+        state = (state[0] + shift[0], state[1] + shift[1], state[2], state[3])
+        before, time = (state[0], state[1]), count * step
+        given, cursor = _inputs(machine, log, cursor, time, step)
+        if machine.thermal_drift_rate != 0:
+            paths = glides(machine, time + 0.5 * step, machine.inertia, (step, step))
+        state = one_mass_sample(
+            machine, tables, heights, state, (given, given), time, (0, 1), (step, step), paths, fast
+        )
+        row, shift = _read(log, row, time, step, before, (state[0], state[1]), out)
+        count += 1
+
+
+@compiled
+def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+    """An episode of a joint with play or a spring, into `out` [T, 2]."""
+    step = log.sample_time / log.substeps
+    responses = np.empty(RESPONSES)
+    if sprung(machine):
+        two_masses_responses(machine, (step, step), responses)
+    masses = two_masses_start(machine, tables, heights, log.first[0], log.first[1])
+    paths = two_masses_paths(machine, 0.5 * step, (step, step))
+    fast = not needs_velocity(machine, tables)
+    cursor: Cursor = (-1, 0, log.first[0], 0.0)
+    first = (log.first[0], log.first[1])
+    row, shift = _read(log, 0, -step, step, first, first, out)
+    count = 0
+    while row < len(out):
+        (v_motor, v_load, twist, position, side), weight, other = masses
+        position, v_load, v_motor = position + shift[0], v_load + shift[1], v_motor + shift[1]
+        masses = ((v_motor, v_load, twist, position, side), weight, other)
+        before, time = (position, v_load), count * step
+        given, cursor = _inputs(machine, log, cursor, time, step)
+        if machine.thermal_drift_rate != 0:
+            paths = two_masses_paths(machine, time + 0.5 * step, (step, step))
+        masses = two_masses_sample(
+            machine, tables, heights, masses, (given, given), time, (0, 1), (step, step), paths, responses, fast
+        )
+        row, shift = _read(log, row, time, step, before, (masses[0][3], masses[0][1]), out)
+        count += 1
+
+
+@compiled
+def _inputs(machine: Machine, log: Log, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
+    """What acts in the step that begins at `start`, and the cursor at its end."""
+    row, other, place, rate = cursor
+    servo = not math.isnan(machine.proportional_gain)
+    late = start - machine.latency_delay
+    # Before the first command a servo stays where it is, and a motor is given nothing.
+    first = log.first[0] if servo else 0.0
+    command, later, share, row = _held(log.command, log.times, row, first, late, step)
+    if servo and (machine.velocity_limit_value < math.inf or machine.acceleration_limit_value < math.inf):
+        change = (1 - share) * step
+        half = _set_point(machine, place, rate, command, later, change, 0.5 * step)[0]
+        place, rate = _set_point(machine, place, rate, command, later, change, step)
+        command, later, share = half, half, 0.0
+    scale, external, now = 1.0, 0.0, other
+    if len(log.scale) > 0:
+        one, two, part, now = _held(log.scale, log.times, other, log.scale[0], start, step)
+        scale = one + part * (two - one)
+    if len(log.external) > 0:
+        one, two, part, now = _held(log.external, log.times, other, log.external[0], start, step)
+        external = one + part * (two - one)
+    return (command, later, share, scale, external), (row, now, place, rate)
+
+
+@compiled
+def _set_point(
+    machine: Machine, place: float, rate: float, target: float, later: float, change: float, time: float
+) -> tuple[float, float]:
+    """A servo's set point and its rate after `time`, under a target that changes to a later one."""
+    fastest, steepest = machine.velocity_limit_value, machine.acceleration_limit_value
+    place, rate = profile(place, rate, target, fastest, steepest, min(change, time))
+    return profile(place, rate, later, fastest, steepest, time - change) if time > change else (place, rate)
+
+
+@compiled
+def _held(
+    values: np.ndarray, times: np.ndarray, row: int, before: float, start: float, step: float
+) -> tuple[float, float, float, int]:
+    """What is held between samples, in the step from `start` on: its mean up to the last change, what it is then, for
+    which share of the step, and the row at the end; `row` is that at the start."""
+    end, place, total = start + step, start, 0.0
+    value = values[row] if row >= 0 else before
+    while row + 1 < len(times) and times[row + 1] < end - ROUNDING * step:
+        change = max(times[row + 1], place)
+        total += (change - place) * value
+        place = change
+        row += 1
+        value = values[row]
+    if place - start <= ROUNDING * step:
+        return value, value, 0.0, row
+    return total / (place - start), value, (end - place) / step, row
+
+
+@compiled
+def _read(
+    log: Log,
+    row: int,
+    start: float,
+    step: float,
+    before: tuple[float, float],  # position and velocity at the start of the step
+    after: tuple[float, float],  # and at its end
+    out: np.ndarray,
+) -> tuple[int, tuple[float, float]]:
+    """Write the rows within a step; the row behind them, and what an observer adds to position and velocity."""
+    dx, dv = 0.0, 0.0
+    while row < len(out) and log.times[row] <= start + step * (1 + ROUNDING):
+        x = min(max((log.times[row] - start) / step, 0.0), 1.0)
+        y = 1 - x
+        bend = x * y * step * (y * before[1] - x * after[1])
+        out[row, 0] = y * y * (1 + 2 * x) * before[0] + x * x * (1 + 2 * y) * after[0] + bend
+        out[row, 1] = y * before[1] + x * after[1]
+        if log.leak > 0:
+            dx += correction(log.leak, log.observed[row, 0], out[row, 0] + dx)
+            dv += correction(log.leak, log.observed[row, 1], out[row, 1] + dv)
+        row += 1
+    return row, (dx, dv)
