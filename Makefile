@@ -22,13 +22,13 @@ demo: setup ## render, train, evaluate, diagnose a withheld camera, in at most 1
 	$(BIN)/python scripts/run.py experiment=demo
 	$(BIN)/python scripts/close_gap.py experiment=demo
 
-dynamics: setup ## identification, actuator network, randomised control, small: outputs/dynamics, under 10 minutes
+dynamics: setup ## identification, actuator network, randomized control, small: outputs/dynamics, under 10 minutes
 	$(BIN)/python scripts/identify.py example=two_point out=outputs/dynamics
 	$(BIN)/python scripts/identify.py recording=outputs/dynamics/log-0 out=outputs/dynamics/identified
 	$(BIN)/python scripts/actuator.py actuator=small out=outputs/dynamics/actuator
 	$(BIN)/python scripts/control.py follow control=small
 	$(BIN)/python scripts/control.py ablate control=small
-	$(BIN)/python scripts/control.py widen control=small
+	$(BIN)/python scripts/control.py adr control=small
 
 test: setup ## the tests, without the long ones
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile

@@ -1,7 +1,7 @@
-"""Control across the dynamics gap: `python scripts/control.py follow|ablate|widen [KEY=VALUE …]`.
+"""Control across the dynamics gap: `python scripts/control.py follow|ablate|adr [KEY=VALUE …]`.
 
-follow: policies trained on the wrong simulator and on randomised ones, in reality; ablate: what each randomisation is
-worth; widen: ranges that widen by themselves. Keys: configs/control.yaml; sizes: control=full|small|debug.
+follow: policies trained on the wrong simulator and on randomized ones, in reality; ablate: what each randomization is
+worth; adr: ranges that adr by themselves. Keys: configs/control.yaml; sizes: control=full|small|debug.
 """
 
 from collections.abc import Callable
@@ -9,9 +9,9 @@ from pathlib import Path
 
 from vision_s2r.cli import choose, compose, log_to_terminal
 from vision_s2r.control.ablate import ablate
+from vision_s2r.control.adr import adr
 from vision_s2r.control.config import ControlConfig
 from vision_s2r.control.follow import follow
-from vision_s2r.control.widen import widen
 
 
 def task(experiment: Callable[[ControlConfig], Path]) -> Callable[[list[str]], None]:
@@ -25,4 +25,4 @@ def task(experiment: Callable[[ControlConfig], Path]) -> Callable[[list[str]], N
 
 
 if __name__ == "__main__":
-    choose("experiment", {"follow": task(follow), "ablate": task(ablate), "widen": task(widen)})
+    choose("experiment", {"follow": task(follow), "ablate": task(ablate), "adr": task(adr)})

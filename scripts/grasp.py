@@ -1,4 +1,4 @@
-"""Train a grasp policy on rendered views, or go on with it; `grasp=randomised` trains the baseline.
+"""Train a grasp policy on rendered views, or go on with it; `grasp=randomized` trains the baseline.
 
 Keys: configs/grasp/crop.yaml.
 """
@@ -12,7 +12,7 @@ from vision_s2r.render import Views
 
 
 def grasp(cfg: Config) -> None:
-    """The policy of the first seed, in OUT/policy-SEED; one on randomised pictures in OUT/baseline-SEED."""
+    """The policy of the first seed, in OUT/policy-SEED; one on randomized pictures in OUT/baseline-SEED."""
     train, validation = (Views.open(data.out) for data in (cfg.data.train, cfg.data.validation))
     role = "policy" if cfg.grasp.picture == "canonical" else "baseline"
     out = Path(cfg.out) / f"{role}-{cfg.seed}"

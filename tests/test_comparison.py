@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROWS = {"oracle", "no_translation", "domain_randomisation", "pix2pix", "rcan", "cyclegan", "rl_cyclegan"}
+ROWS = {"oracle", "no_translation", "domain_randomization", "pix2pix", "rcan", "cyclegan", "rl_cyclegan"}
 POLICIES = {"cyclegan_policy", "graspgan_policy", "rl_cyclegan_policy"}
 
 
@@ -28,6 +28,6 @@ def test_methods_and_few_real_grasps(tmp_path):
     assert {path: path.stat().st_mtime_ns for path in made} == made
     points = json.loads((tmp_path / "out" / "finetune" / "finetune.json").read_text())
     found = {(point["start"], point["grasps"]) for point in points}
-    starts = ("domain_randomisation", "rcan", "rl_cyclegan", "rl_cyclegan_policy")
+    starts = ("domain_randomization", "rcan", "rl_cyclegan", "rl_cyclegan_policy")
     assert found == {(start, n) for start in starts for n in (0, 4, 8)} | {("from_scratch", n) for n in (4, 8)}
     assert (tmp_path / "out" / "finetune" / "finetune.png").exists()

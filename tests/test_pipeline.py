@@ -17,9 +17,9 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert done.returncode == 0, done.stderr
     page = tmp_path / "out" / "index.html"
     table = json.loads((tmp_path / "out" / "table.json").read_text())
-    rows = {"oracle", "no_translation", "domain_randomisation", "rcan", "rcan_adapted"}
+    rows = {"oracle", "no_translation", "domain_randomization", "rcan", "rcan_adapted"}
     assert rows <= {record["row"] for record in table["cells"]}
-    assert "domain randomisation" in page.read_text()
+    assert "domain randomization" in page.read_text()
     made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
     assert len(made) >= 8  # shards and four checkpoints
 
@@ -27,14 +27,14 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert again.returncode == 0 and "not repeated" in again.stderr
     assert {path: path.stat().st_mtime_ns for path in made} == made
 
-    networks = [f"closing.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
-    closed = _run(tmp_path, "close_gap", "closing.withheld=1", "closing.steps=2", *networks)
+    networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
+    closed = _run(tmp_path, "close_gap", "close_gap.withheld=1", "close_gap.steps=2", *networks)
     assert closed.returncode == 0, closed.stderr
-    summary = json.loads((tmp_path / "out" / "closing" / "closing.json").read_text())
+    summary = json.loads((tmp_path / "out" / "close_gap" / "close_gap.json").read_text())
     (camera,) = summary["cameras"]
     assert len(camera["truth"]) == 3 and camera["shrink"] > 0.5 and camera["effects"]
     assert set(camera["success"]) == {"oracle", "before", "everything", "after", "true_effects"}
-    assert "report.html" in closed.stderr and (tmp_path / "out" / "closing" / "closing.png").exists()
+    assert "report.html" in closed.stderr and (tmp_path / "out" / "close_gap" / "close_gap.png").exists()
 
 
 def folder_of(folder: Path, kind: str) -> Path:

@@ -76,8 +76,8 @@ def _one(train: Callable[[Config, int], Released], cfg: Config, seed: int, polic
     return train(replace(cfg, **given), seed)
 
 
-def _domain_randomisation(cfg: Config, seed: int) -> Released:
-    return {"domain_randomisation": str(pipeline.baseline(cfg, seed))}
+def _domain_randomization(cfg: Config, seed: int) -> Released:
+    return {"domain_randomization": str(pipeline.baseline(cfg, seed))}
 
 
 def _rcan(cfg: Config, seed: int) -> Released:
@@ -117,5 +117,5 @@ METHODS: tuple[Callable[[Config, int], Released], ...] = (
     _cyclegan,
     _graspgan,
     _rl_cyclegan,
-    _domain_randomisation,
+    _domain_randomization,
 )

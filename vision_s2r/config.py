@@ -8,7 +8,7 @@ from hydra.core.config_store import ConfigStore
 from vision_s2r.ablation.config import AblationConfig
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera.config import CameraConfig
-from vision_s2r.closing.config import ClosingConfig
+from vision_s2r.close_gap.config import CloseGapConfig
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
@@ -55,7 +55,7 @@ class Config:
     evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
     finetune: FinetuneConfig = field(default_factory=FinetuneConfig)
     recording: Any = None
-    closing: ClosingConfig = field(default_factory=ClosingConfig)
+    close_gap: CloseGapConfig = field(default_factory=CloseGapConfig)
     ablation: AblationConfig = field(default_factory=AblationConfig)
 
 

@@ -2,7 +2,7 @@
 
 An effect declares itself: its name, which of the four sources of the reality gap it belongs to, and its
 parameters with units, physical bounds and the value at which it vanishes. Joints, cameras and contacts each
-subclass `Effect` with what it does to them, and keep their effects in a `Registry`. Applying, randomising,
+subclass `Effect` with what it does to them, and keep their effects in a `Registry`. Applying, randomizing,
 identifying and diagnosing are verbs built on this elsewhere.
 """
 

@@ -13,7 +13,7 @@ from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
-from vision_s2r.grasp import Judge, train_policy
+from vision_s2r.grasp import FrozenQ, train_policy
 from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
 from vision_s2r.training.data import RECORDED, generator
@@ -84,15 +84,15 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
 
 
 def paired_translator(cfg: Config, seed: int) -> Path:
-    """RCAN: randomised pictures through the training camera to canonical ones."""
+    """RCAN: randomized pictures through the training camera to canonical ones."""
     out = Path(cfg.out) / f"translator-{seed}"
     cameras = cfg.camera, cfg.validation_camera
     return train_translator(*training_sets(cfg), cfg.translate, *cameras, out, seed, judge(cfg))
 
 
-def judge(cfg: Config) -> Judge | None:
+def judge(cfg: Config) -> FrozenQ | None:
     """The policy that judges translations, where one is configured. Raises UserError where it is none."""
-    return Judge.load(cfg.translate.q_function) if cfg.translate.q_function else None
+    return FrozenQ.load(cfg.translate.q_function) if cfg.translate.q_function else None
 
 
 def canonical_policy(cfg: Config, seed: int) -> Path:
@@ -108,7 +108,7 @@ def _adapted(cfg: Config, seed: int) -> Path:
 
 
 def baseline(cfg: Config, seed: int) -> Path:
-    """Domain randomisation: a policy of the same size and cost on randomised pictures directly."""
+    """Domain randomization: a policy of the same size and cost on randomized pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
     return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
 
@@ -131,7 +131,7 @@ def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:
     rows = dict(cfg.evaluate.rows)
     for name in ("oracle", "no_translation", "rcan"):
         rows[name] = replace(rows[name], policy=found["policy"])
-    rows["domain_randomisation"] = replace(rows["domain_randomisation"], policy=found.get("baseline", []))
+    rows["domain_randomization"] = replace(rows["domain_randomization"], policy=found.get("baseline", []))
     rows["rcan_adapted"] = replace(rows["rcan_adapted"], policy=found.get("adapted", []))
     for name in ("rcan", "rcan_adapted"):
         rows[name] = replace(rows[name], translator=found["translator"])

@@ -1,12 +1,13 @@
-"""Success with its uncertainty: of one policy, and of two policies on the same scenes.
+"""Success and errors with their uncertainty: of one policy, of two on the same scenes, of resampled episodes or frames.
 
 Outcomes are arrays bool [S, N]: S training seeds, each on the same N scenes. Attempts in one scene depend on each
 other (a hard scene is hard for every seed), as do those of one seed, so they are no S x N independent trials.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.stats import binomtest
@@ -15,6 +16,7 @@ from statsmodels.stats.proportion import proportion_confint
 
 CONFIDENCE = 0.95
 RESAMPLES = 10_000
+FEWER_RESAMPLES = 4000  # where a search asks thousands of times
 CHUNK = 500  # resamples drawn at a time: bounds the memory for many scenes
 
 
@@ -119,3 +121,26 @@ def _percentiles(value: float, resampled: np.ndarray) -> Estimate:
     # No interpolation: resampled ratios may be infinite.
     low, high = np.quantile(resampled, [tail, 1 - tail], method="inverted_cdf")
     return Estimate(value, float(low), float(high))
+
+
+def lower_bound(gains: np.ndarray, level: float, seed: int) -> float:
+    """Lower confidence bound (at `level`, such as 0.999) of the sum of independent gains [n], by bootstrap."""
+    return float(np.quantile(_counts(len(gains), seed) @ gains, 1 - level))
+
+
+def interval(statistic: Callable[[np.ndarray], np.ndarray], segments: int, seed: int) -> tuple[float, float]:
+    """95 % bootstrap interval of a statistic of resampled segments.
+
+    `statistic` is given how often each resample holds each segment [R, segments] and answers [R].
+    """
+    values = statistic(_counts(segments, seed))
+    low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975]) if np.isfinite(values).any() else (0.0, 1.0)
+    return float(low), float(high)
+
+
+@lru_cache(maxsize=4)
+def _counts(segments: int, seed: int) -> np.ndarray:
+    """How often each resample holds each segment [R, segments]; drawn once: a search asks for the same many times."""
+    counts = np.random.default_rng(seed).multinomial(segments, np.full(segments, 1 / segments), FEWER_RESAMPLES)
+    counts.setflags(write=False)
+    return counts

@@ -12,8 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from vision_s2r.ablation.job import Result
-from vision_s2r.ablation.summary import Summary
+from vision_s2r.ablation.job import JobResult
+from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.ablation.sweep import ablate
 from vision_s2r.cli import compose
 from vision_s2r.config import Config
@@ -41,9 +41,9 @@ def exit_code(call, *arguments: str) -> int:
     return int(left.value.code)
 
 
-def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, caplog, capsys) -> None:
-    assert exit_code(run, "ablation.arms=[perceptual_alon]") == 2
-    assert "no arm 'perceptual_alon', did you mean 'perceptual_alone'?" in capsys.readouterr().err
+def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, caplog, capsys) -> None:
+    assert exit_code(run, "ablation.variants=[perceptual_alon]") == 2
+    assert "no variant 'perceptual_alon', did you mean 'perceptual_alone'?" in capsys.readouterr().err
 
     step_of = Rcan.training_step
 
@@ -60,19 +60,19 @@ def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, ca
     assert "full-0/translator-0: going on at step 3" in caplog.text and "4 of 4 jobs are done" in caplog.text
 
     rows = list(csv.DictReader((out / "ablation.csv").open()))
-    by_arm = {row["arm"]: row for row in rows if row["measure"] == "success"}
-    assert set(by_arm) == {"full", "perceptual_alone", "rl_cyclegan", "no_cycle"}
-    for arm, reference in (("perceptual_alone", "full"), ("no_cycle", "rl_cyclegan")):
-        change = float(by_arm[arm]["value"]) - float(by_arm[reference]["value"])
-        assert float(by_arm[arm]["change"]) == pytest.approx(change) and not by_arm[reference]["change"]
+    by_variant = {row["variant"]: row for row in rows if row["measure"] == "success"}
+    assert set(by_variant) == {"full", "perceptual_alone", "rl_cyclegan", "no_cycle"}
+    for variant, reference in (("perceptual_alone", "full"), ("no_cycle", "rl_cyclegan")):
+        change = float(by_variant[variant]["value"]) - float(by_variant[reference]["value"])
+        assert float(by_variant[variant]["change"]) == pytest.approx(change) and not by_variant[reference]["change"]
     assert {"l1", "psnr", "q_difference", "auc", "success webcam"} <= {row["measure"] for row in rows}
     assert (out / "ablation.png").stat().st_size > 0
     sheet, alone = (cv2.imread(str(out / name)) for name in ("strip.png", "full-0/table/strip.png"))
-    assert sheet.shape == (5 * len(alone) // 2, *alone.shape[1:])  # the pictures, and a row for each arm
+    assert sheet.shape == (5 * len(alone) // 2, *alone.shape[1:])  # the pictures, and a row for each variant
     np.testing.assert_array_equal(sheet[len(alone) // 2 : len(alone), LABEL:], alone[len(alone) // 2 :, LABEL:])
 
     made = {path: path.stat().st_mtime_ns for path in [*out.rglob("*.safetensors"), *out.rglob("result.json")]}
-    assert len(made) == 13  # a policy; of the unpaired arms also the whole and its policy
+    assert len(made) == 13  # a policy; of the unpaired variants also the whole and its policy
     monkeypatch.setattr(Rcan, "training_step", None)
     run()
     assert {path: path.stat().st_mtime_ns for path in made} == made
@@ -82,15 +82,15 @@ def test_arms_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, ca
 
 
 def test_changes_are_paired_over_scenes_and_trainings(tmp_path: Path) -> None:
-    cfg = compose(Config, "ablation", ["ablation.arms=[no_depth]", "evaluate.seed=1"])
+    cfg = compose(Config, "ablation", ["ablation.variants=[no_depth]", "evaluate.seed=1"])
     rng = np.random.default_rng(0)
     full = rng.random((3, 400)) < 0.8
     less = full & (rng.random((3, 400)) > 0.05)  # 5 % of the scenes lost in every training
 
-    def result(success: np.ndarray, training: int, **metrics: float) -> Result:
-        return Result({"webcam": success[training], "harsh": success[training]}, metrics)
+    def result(success: np.ndarray, training: int, **metrics: float) -> JobResult:
+        return JobResult({"webcam": success[training], "harsh": success[training]}, metrics)
 
-    summary = Summary(
+    summary = AblationSummary(
         cfg,
         {
             "full": [result(full, k, l1=0.1 + 0.01 * k, depth_error=0.1) for k in range(3)],
@@ -99,7 +99,7 @@ def test_changes_are_paired_over_scenes_and_trainings(tmp_path: Path) -> None:
     )
     row = summary.rows["no_depth", "success"]
     assert row.change is not None and row.change.value == pytest.approx(less.mean() - full.mean())
-    assert row.change.high < 0  # far less wide than either arm's own interval
+    assert row.change.high < 0  # far less wide than either variant's own interval
     assert row.change.high - row.change.low < 0.7 * (row.value.high - row.value.low)
     l1 = summary.rows["no_depth", "l1"]
     assert l1.value.value == pytest.approx(0.13) and l1.value.low < 0.12 < 0.14 < l1.value.high

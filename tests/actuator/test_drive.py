@@ -54,7 +54,7 @@ def test_the_simulated_network_sees_what_a_log_shows_it():
 def test_the_network_moves_the_load_alone():
     cfg = drive(**QUIET)
     network = ActuatorNetwork((0.0,), cfg.sample_time)
-    network.normalise(np.zeros(2), np.zeros((2, 2)), 1.0)  # blind: one torque whatever happens
+    network.normalize(np.zeros(2), np.zeros((2, 2)), 1.0)  # blind: one torque whatever happens
     torch.nn.init.zeros_(network.layers[-1].weight)
     torch.nn.init.constant_(network.layers[-1].bias, 0.2)
     simulated = NetworkDrive(cfg, STILL.payload, rng(), network)

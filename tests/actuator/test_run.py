@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small import drive, logged, rng
 
-from vision_s2r.actuator.config import ActuatorConfig, TaskConfig, TrainingConfig, check
+from vision_s2r.actuator.config import ActuatorConfig, ActuatorTaskConfig, ActuatorTrainingConfig, check
 from vision_s2r.actuator.control import attempt, rms_error, tune
 from vision_s2r.actuator.drive import MotorDrive, NetworkDrive
 from vision_s2r.actuator.references import tasks
@@ -45,8 +45,8 @@ def _interrupt():
 
 
 def test_a_controller_tuned_with_the_network_transfers_and_one_tuned_with_the_analytic_motor_does_not():
-    cfg, task = drive(), TaskConfig(tuned_on=4, generations=12, seconds=1.2)
-    network = fit(logged(cfg, 120, 0), (0.0, 0.005, 0.01, 0.015, 0.02), 0.005, TrainingConfig(steps=500), 0)
+    cfg, task = drive(), ActuatorTaskConfig(tuned_on=4, generations=12, seconds=1.2)
+    network = fit(logged(cfg, 120, 0), (0.0, 0.005, 0.01, 0.015, 0.02), 0.005, ActuatorTrainingConfig(steps=500), 0)
     itself = partial(MotorDrive, cfg)
     references = tasks(task, 20, cfg.sample_time, rng(9))
     worse = {}

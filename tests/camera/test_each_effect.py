@@ -77,7 +77,7 @@ def test_differentiable_jpeg_is_libjpegs(size: tuple[int, int], quality: float) 
     expected = REFERENCES["jpeg_compression"](picture, None, quality)
     parameters = CameraParameters.of({"jpeg_compression": {"quality": quality}}, 1)
     got = Camera(jpeg="differentiable")(batch_of(picture), parameters)[0].movedim(0, -1)
-    # All but a few coefficients are quantised alike; kornia 0.9's form leaves 2 to 9 grey levels.
+    # All but a few coefficients are quantized alike; kornia 0.9's form leaves 2 to 9 grey levels.
     assert rms_grey_levels(picture, expected) > 3 * rms_grey_levels(got, expected)
     assert rms_grey_levels(got, expected) < 0.9
 

@@ -6,7 +6,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 from vision_s2r.control import Drawn, Given, OpenLoop, SpeedTracking, benchmark, track
-from vision_s2r.control.config import JointConfig, TaskConfig
+from vision_s2r.control.config import ControlTaskConfig, JointConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal
@@ -18,7 +18,7 @@ BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "observation_noise": {"
 
 
 def environment(count=6, history=0, machines=None, **task):
-    return SpeedTracking(TaskConfig(**task), NOMINAL, machines or Given({}), count, history)
+    return SpeedTracking(ControlTaskConfig(**task), NOMINAL, machines or Given({}), count, history)
 
 
 def test_gymnasium_knows_it_and_finds_nothing_wrong():
@@ -27,7 +27,7 @@ def test_gymnasium_knows_it_and_finds_nothing_wrong():
 
 
 def test_the_open_loop_inverse_of_the_wrong_simulator_is_37_percent_short_in_reality():
-    task = TaskConfig(hold=3.0)
+    task = ControlTaskConfig(hold=3.0)
     wrong = OpenLoop(NOMINAL, task)
     assert wrong.act(np.array([[5.0 / task.highest, 0.0]], np.float32))[0, 0] * task.max_current == pytest.approx(1.04)
     errors = track(wrong, task, NOMINAL, Given(TRUTH), np.array([[5.0]]))
@@ -80,7 +80,7 @@ def test_the_loop_may_be_slow_and_noisy():
 
 
 def test_the_python_loop_of_the_benchmark_turns_the_same_joint():
-    loop, ours = benchmark.Loop(TaskConfig()), environment(count=1)
+    loop, ours = benchmark.Loop(ControlTaskConfig()), environment(count=1)
     loop.reset(seed=0)
     loop.damping, loop.friction = NOMINAL.viscous_damping, NOMINAL.coulomb_friction
     ours.reset(options={"targets": loop.targets[None]})

@@ -8,21 +8,21 @@ import pytest
 from safetensors.torch import load_file
 
 from vision_s2r.cli import compose
-from vision_s2r.control import Drawn, Given, Policy, Widening, track, train, training
+from vision_s2r.control import AdrRanges, Drawn, Given, Policy, track, train, training
 from vision_s2r.control.ablate import ablate
-from vision_s2r.control.config import ControlConfig, JointConfig, TaskConfig, TrainingConfig
+from vision_s2r.control.adr import adr, adr_ranges, automatic
+from vision_s2r.control.config import ControlConfig, ControlTaskConfig, ControlTrainingConfig, JointConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.follow import follow
 from vision_s2r.control.training_jobs import box_of, drawn
-from vision_s2r.control.widen import automatic, widen, widening
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal
 from vision_s2r.randomize import Box, Posterior
 
 NOMINAL = Nominal(**vars(JointConfig()))
 BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "coulomb_friction": {"value": [0.01, 0.06]}}, CONTROL_EFFECTS)
-SHORT = TaskConfig(targets=5, hold=0.2)
-LITTLE = TrainingConfig(envs=16, steps=4800, rollout=50, batch=400, epochs=2)
+SHORT = ControlTaskConfig(targets=5, hold=0.2)
+LITTLE = ControlTrainingConfig(envs=16, steps=4800, rollout=50, batch=400, epochs=2)
 
 
 def debug(out, *overrides):
@@ -30,7 +30,7 @@ def debug(out, *overrides):
 
 
 def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
-    task, hold = TaskConfig(), TrainingConfig(envs=64, steps=250_000, batch=1000)
+    task, hold = ControlTaskConfig(), ControlTrainingConfig(envs=64, steps=250_000, batch=1000)
     policy = Policy.load(train(task, NOMINAL, Drawn(BOX), 4, hold, tmp_path, 0), task)
     truth = {"viscous_damping": {"value": np.array([0.15, 0.08, 0.2])}, "coulomb_friction": {"value": 0.05}}
     errors = track(policy, task, NOMINAL, Given(truth), np.tile([[5.0, -3.0, 8.0]], (3, 1)))
@@ -38,12 +38,12 @@ def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
     assert (tmp_path / "progress.csv").read_text().startswith("step,reached,median_error\n64000,")
 
 
-@pytest.mark.parametrize("kind", ["drawn", "widening"])
+@pytest.mark.parametrize("kind", ["drawn", "adr_ranges"])
 def test_an_interrupted_training_goes_on_as_if_nothing_had_been(tmp_path, monkeypatch, kind):
     cfg = debug(tmp_path)
 
     def machines():
-        return Drawn(BOX) if kind == "drawn" else widening(cfg, 0)
+        return Drawn(BOX) if kind == "drawn" else adr_ranges(cfg, 0)
 
     whole = train(SHORT, NOMINAL, machines(), 2, LITTLE, tmp_path / "whole", 0)
     steps = iter(range(1000))
@@ -64,7 +64,7 @@ def _interrupt():
 
 def test_ranges_widen_while_the_policy_reaches_its_targets_and_shrink_back_when_it_does_not(tmp_path):
     reached = 25.0
-    source = Widening(automatic(debug(tmp_path), 0), lambda policy, values, seed: np.full(64, reached), 64, 2, 50)
+    source = AdrRanges(automatic(debug(tmp_path), 0), lambda policy, values, seed: np.full(64, reached), 64, 2, 50)
     for _ in range(20):
         source.updated(None)
     assert len(source.history) == 10
@@ -82,7 +82,7 @@ def test_ranges_widen_while_the_policy_reaches_its_targets_and_shrink_back_when_
 
 
 def test_a_training_with_other_settings_is_not_taken_for_this_one(tmp_path):
-    little = TrainingConfig(**{**vars(LITTLE), "steps": 800})
+    little = ControlTrainingConfig(**{**vars(LITTLE), "steps": 800})
     train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0)
     assert train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0).exists()
     other = Box.of({"viscous_damping": {"value": [0.05, 0.3]}}, CONTROL_EFFECTS)
@@ -91,14 +91,14 @@ def test_a_training_with_other_settings_is_not_taken_for_this_one(tmp_path):
 
 
 def test_a_policy_file_that_does_not_fit_is_said_in_one_line(tmp_path):
-    path = train(SHORT, NOMINAL, Drawn(BOX), 2, TrainingConfig(**{**vars(LITTLE), "steps": 800}), tmp_path, 0)
+    path = train(SHORT, NOMINAL, Drawn(BOX), 2, ControlTrainingConfig(**{**vars(LITTLE), "steps": 800}), tmp_path, 0)
     with pytest.raises(UserError, match=r"policy.safetensors: made for task.highest=8.0, expected 9"):
-        Policy.load(path, TaskConfig(highest=9.0))
+        Policy.load(path, ControlTaskConfig(highest=9.0))
     broken = tmp_path / "broken.safetensors"
     shutil.copy(path, broken)
     _tamper(broken, b'\\"history\\": 2', b'\\"history\\": 4')
     with pytest.raises(UserError, match=r"broken.safetensors: tensor 'network.0.weight' is \(32, 6\).*\(32, 10\)"):
-        Policy.load(broken, TaskConfig())
+        Policy.load(broken, ControlTaskConfig())
 
 
 def _tamper(path, old, new):
@@ -107,7 +107,7 @@ def _tamper(path, old, new):
     path.write_bytes(content.replace(old, new))
 
 
-@pytest.mark.parametrize("experiment", [follow, ablate, widen])
+@pytest.mark.parametrize("experiment", [follow, ablate, adr])
 def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
     picture = experiment(debug(tmp_path))
     assert picture.stat().st_size > 10_000
@@ -118,7 +118,7 @@ def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
     ("overrides", "line"),
     [
         (
-            ["policies.randomised.effects.viscous_damping.value=[0.2,0.1]"],
+            ["policies.randomized.effects.viscous_damping.value=[0.2,0.1]"],
             r"value is \[0.2, 0.1\], expected low before",
         ),
         (["+policies.default.effects.backlsh.width=0.1"], "'backlsh'.*backlash"),

@@ -10,9 +10,9 @@ import pytest
 from recordings import a_camera, a_joint
 from reports import a_report
 
-from vision_s2r.diagnose.pictures import show
 from vision_s2r.diagnose.replay import ReplayConfig, free_run, replay_all
 from vision_s2r.errors import UserError
+from vision_s2r.fit.camera.pictures import show
 from vision_s2r.recording import write
 
 JOINT = {"latency": {"delay": 0.023}, "viscous_damping": {"value": 0.2}}

@@ -53,8 +53,8 @@ def test_refitting_does_not_pass_for_an_effect_and_both_are_accounted_for() -> N
 def test_a_twin_that_fits_as_well_is_confusable_and_asks_for_another_recording() -> None:
     found = diagnosed(recording(3, step=0.1))
     (name,) = names(found)
-    (twin,) = {"step", "late_step"} - {name}
-    line = next(line for line in found["candidates"] if line["name"] == twin)
+    (rival,) = {"step", "late_step"} - {name}
+    line = next(line for line in found["candidates"] if line["name"] == rival)
     assert line["status"] == "confusable" and line["confusable_with"] == [name]
     assert found["next_experiment"].startswith("2 rivals")
 
@@ -88,7 +88,7 @@ def test_a_withheld_effect_is_not_replaced_by_several_others() -> None:
 
 
 def test_silent_effects_are_not_excited_and_certain_ones_always_present() -> None:
-    found = diagnosed(recording(7, wave=0.5), silent={"step": "no late samples"}, certain={"wave": 1e3})
+    found = diagnosed(recording(7, wave=0.5), not_excited={"step": "no late samples"}, certain={"wave": 1e3})
     status = {line["name"]: line["status"] for line in found["candidates"]}
     assert status["step"] == "not_excited" and status["wave"] == "present"
 

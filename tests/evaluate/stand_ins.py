@@ -32,7 +32,7 @@ class GreenPolicy:
     def __init__(self, path):
         found = checkpoint.load(path, "q_function")
         self.offset = found.tensors["offset"].item()
-        self.cfg, self.size = GraspConfig(picture=found.configuration["picture"]), found.normalisation["size"]
+        self.cfg, self.size = GraspConfig(picture=found.configuration["picture"]), found.normalization["size"]
         self.asked = 0
 
     def act(self, canonical, intrinsics, extrinsics, seeds, source=None):

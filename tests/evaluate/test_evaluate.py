@@ -37,7 +37,7 @@ from vision_s2r.render import Views
 from vision_s2r.scene import attempt
 from vision_s2r.scene.config import ObjectsConfig, PhysicsConfig
 
-COLUMNS = ["canonical", "randomised", "real", "webcam", "gamma"]
+COLUMNS = ["canonical", "randomized", "real", "webcam", "gamma"]
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +51,7 @@ def finished(scenes, tmp_path_factory):
     """The four standard rows, two trainings of each, in few columns: the configuration, and the table measured."""
     folder = tmp_path_factory.mktemp("finished")
     policies = [save_policy(folder / f"policy-{k}.safetensors", 0.004 * k) for k in range(2)]
-    randomised = [save_policy(folder / f"random-{k}.safetensors", 0.01, "randomised") for k in range(2)]
+    randomized = [save_policy(folder / f"random-{k}.safetensors", 0.01, "randomized") for k in range(2)]
     translators = [save_translator(folder / f"translator-{k}.safetensors") for k in range(2)]
     cfg = EvaluateConfig(
         scenes=str(scenes),
@@ -61,7 +61,7 @@ def finished(scenes, tmp_path_factory):
         rows={
             "oracle": RowConfig(policies, None, "canonical"),
             "no_translation": RowConfig(policies),
-            "domain_randomisation": RowConfig(randomised, trained_on="randomised"),
+            "domain_randomization": RowConfig(randomized, trained_on="randomized"),
             "rcan": RowConfig(policies, translators),
         },
         differences=[["oracle", "rcan"], ["rcan", "no_translation"]],
@@ -100,7 +100,7 @@ def table_json(cfg):
 def test_every_cell_is_what_physics_says(finished):
     cfg, table = finished
     assert [column.name for column in table.columns] == COLUMNS
-    assert table.rows == ["oracle", "no_translation", "domain_randomisation", "rcan"]
+    assert table.rows == ["oracle", "no_translation", "domain_randomization", "rcan"]
     scenes = Scenes.open(cfg, SCENE)
     canonical = scenes.views.all("canonical")
     cameras = scenes.views.all("intrinsics"), scenes.views.all("extrinsics")
@@ -176,15 +176,15 @@ def test_a_finished_evaluation_measures_nothing(cfg, finished, loaders, monkeypa
 
 
 def test_another_checkpoint_is_measured_again(cfg, finished, loaders, tmp_path):
-    row = cfg.rows["domain_randomisation"]
-    other = save_policy(tmp_path / "other.safetensors", -0.05, "randomised")
-    cfg.rows = cfg.rows | {"domain_randomisation": replace(row, policy=[row.policy[0], other])}
+    row = cfg.rows["domain_randomization"]
+    other = save_policy(tmp_path / "other.safetensors", -0.05, "randomized")
+    cfg.rows = cfg.rows | {"domain_randomization": replace(row, policy=[row.policy[0], other])}
     table = evaluate(cfg, SCENE, loaders.loaders)
     assert [bool(policy.asked) for policy in loaders.made] == [False] * 5 + [True] + [False] * 2
     for name in table.rows:
         pairs = zip(table.cells[name, "real"], finished[1].cells[name, "real"], strict=True)
         same = [np.array_equal(now.grasps, before.grasps) for now, before in pairs]
-        assert same == [True, name != "domain_randomisation"]
+        assert same == [True, name != "domain_randomization"]
 
 
 def test_a_damaged_cell_is_measured_again(cfg, loaders):
@@ -258,8 +258,8 @@ def test_a_grasp_is_drawn_where_the_camera_sees_it(scenes):
         (lambda cfg: replace(cfg, rows={"rcan": replace(cfg.rows["rcan"], picture="canonical")}), "translator: null"),
         (lambda cfg: replace(cfg, rows={"rcan": replace(cfg.rows["rcan"], translator=["a"])}), "1 translators for 2"),
         (
-            lambda cfg: replace(cfg, rows={"dr": replace(cfg.rows["domain_randomisation"], trained_on="canonical")}),
-            "trained on randomised pictures: expected canonical ones",
+            lambda cfg: replace(cfg, rows={"dr": replace(cfg.rows["domain_randomization"], trained_on="canonical")}),
+            "trained on randomized pictures: expected canonical ones",
         ),
     ],
 )
@@ -298,7 +298,7 @@ def test_scenes_that_cannot_make_a_transfer_table(cfg, loaders, tmp_path):
     cases = {
         "unseen objects": (render_scenes(tmp_path / "train", seen, scenes=1), SCENE),
         "holds no real pictures": (render_scenes(tmp_path / "plain", scenes=1, real=False), SCENE),
-        "holds no randomised pictures": (render_scenes(tmp_path / "bare", scenes=1, views=0), SCENE),
+        "holds no randomized pictures": (render_scenes(tmp_path / "bare", scenes=1, views=0), SCENE),
         "scene.physics.object_mass = 0.1, not 0.3": (
             cfg.scenes,
             replace(SCENE, physics=PhysicsConfig(object_mass=0.3)),

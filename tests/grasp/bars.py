@@ -71,7 +71,7 @@ class Bars:
             "canonical": wide[:, MARGIN:-MARGIN, MARGIN:-MARGIN],
             "segmentation": OBJECT * bar[:, MARGIN:-MARGIN, MARGIN:-MARGIN].to(torch.uint8),
             "depth": 0.5 + 0.1 * bar[:, MARGIN:-MARGIN, MARGIN:-MARGIN],
-            "randomised": wide[:, None],
+            "randomized": wide[:, None],
             "real": wide,
             "intrinsics": intrinsics,
             "extrinsics": extrinsics,

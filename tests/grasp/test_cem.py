@@ -5,7 +5,7 @@ import math
 import torch
 from torch import Tensor
 
-from vision_s2r.grasp.cem import maximise
+from vision_s2r.grasp.cem import maximize
 from vision_s2r.grasp.config import CemConfig
 
 AREA = [0.1, 0.1]
@@ -21,7 +21,7 @@ def value(grasps: Tensor) -> Tensor:
 
 
 def search(seeds: list[int], cfg: CemConfig | None = None) -> tuple[Tensor, Tensor]:
-    return maximise(value, seeds, AREA, cfg or CemConfig(), torch.device("cpu"))
+    return maximize(value, seeds, AREA, cfg or CemConfig(), torch.device("cpu"))
 
 
 def test_it_finds_the_optimum_across_the_seam_of_yaw() -> None:
@@ -35,7 +35,7 @@ def test_it_finds_the_optimum_across_the_seam_of_yaw() -> None:
 
 
 def test_what_is_returned_lies_in_the_area_and_is_worth_what_it_says() -> None:
-    grasps, q = maximise(lambda g: g[..., 0] + g[..., 1], [1, 2, 3], AREA, CemConfig(), torch.device("cpu"))
+    grasps, q = maximize(lambda g: g[..., 0] + g[..., 1], [1, 2, 3], AREA, CemConfig(), torch.device("cpu"))
     torch.testing.assert_close(q, grasps[:, 0] + grasps[:, 1])
     assert grasps[:, :2].abs().max() <= 0.1
     assert float(q.min()) > 0.195  # the corner

@@ -82,9 +82,9 @@ def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
     torch.testing.assert_close(policy.act(floats, *given[1:], seeds).q, together.q, atol=1e-4, rtol=0)
 
 
-def test_domain_randomisation_with_a_network_before_q(tmp_path: Path) -> None:
+def test_domain_randomization_with_a_network_before_q(tmp_path: Path) -> None:
     front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
-    cfg = config(steps=40, picture="randomised", validate_on="real", front=front)
+    cfg = config(steps=40, picture="randomized", validate_on="real", front=front)
     found = checkpoint.load(trained(tmp_path, cfg), "q_function")
     assert found.training["metrics"]["auc"] > 0.7
     assert found.configuration["camera"] == asdict(CAMERA)
@@ -101,7 +101,7 @@ def test_the_front_s_rectifier_is_told_where_the_camera_looks(tmp_path: Path) ->
     """With its loss it finds the camera's offset; without, nothing says where the labels are."""
     front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
     askew = CameraConfig(effects={"camera_pose_offset": {"yaw": [-0.04, 0.04], "pitch": [-0.04, 0.04], "roll": 0.0}})
-    cfg = config(steps=60, picture="randomised", validate_on="real", front=front, rectification=1.0)
+    cfg = config(steps=60, picture="randomized", validate_on="real", front=front, rectification=1.0)
     path = train_policy(Bars(300, 0), HELD_OUT, cfg, askew, tmp_path, SEED)
     found = checkpoint.load(path, "q_function").training["metrics"]["rectification_error"]
     still = 2.3 * SIZE * 0.04 * 0.765  # px: the mean length of such offsets, which is the error that it begins with
@@ -198,7 +198,7 @@ def test_compared_forms_get_the_same_time_and_try_their_grasps(tmp_path: Path) -
     assert found["crop"].metrics["auc"] > 0
 
 
-@pytest.mark.parametrize("name", ["crop", "trunk", "dense", "randomised", "adapted"])
+@pytest.mark.parametrize("name", ["crop", "trunk", "dense", "randomized", "adapted"])
 def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
         given = hydra.compose(f"grasp/{name}").grasp
@@ -207,7 +207,7 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     check(cfg)
     policy = build(replace(cfg, front=None))
     assert sum(p.numel() for p in policy.parameters()) == pytest.approx(170_000, rel=0.1)
-    assert (cfg.picture == "randomised") == (name == "randomised") == (cfg.front is not None)
+    assert (cfg.picture == "randomized") == (name == "randomized") == (cfg.front is not None)
     with pytest.raises(OmegaConfBaseException):
         OmegaConf.merge(OmegaConf.structured(GraspConfig), {"widht": 3})
 
@@ -218,7 +218,7 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
         ({"form": "crops"}, "did you mean 'crop'"),
         ({"width": 20}, "multiple of 8"),
         ({"with_source": True}, "validate_on"),
-        ({"picture": "randomised"}, "validate_on"),
+        ({"picture": "randomized"}, "validate_on"),
         ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),
         ({"area": [0.1]}, "area"),
         ({"negatives": -1}, "negatives"),

@@ -7,7 +7,7 @@ import pytest
 from effects_to_draw import EFFECTS
 
 from vision_s2r.errors import UserError
-from vision_s2r.randomize import AutomaticConfig, AutomaticRandomisation, Box, Dimension, Posterior, Range
+from vision_s2r.randomize import AdrConfig, AutomaticDomainRandomization, Box, Dimension, Posterior, Range
 from vision_s2r.randomize.coverage import covered, covered_of_box, covers, sampled_coverage
 
 HAND_PICKED = Box.of(
@@ -72,7 +72,7 @@ def test_of_a_posterior_it_is_counted() -> None:
 
 def test_ranges_that_widen_cover_more() -> None:
     dimensions = [Dimension("damping", "value", 0.1, 0.0, 0.5), Dimension("play", "width", 0.0, 1e-4, 1e-1)]
-    widening = AutomaticRandomisation(dimensions, EFFECTS, AutomaticConfig(buffer=1))
+    widening = AutomaticDomainRandomization(dimensions, EFFECTS, AdrConfig(buffer=1))
     target = Box.of({"damping": {"value": [0.09, 0.18]}, "play": target_play(0.5)}, EFFECTS)
     shares = [covered_of_box(widening, target)]
     for _ in range(20):
@@ -90,7 +90,7 @@ def test_ranges_that_widen_cover_more() -> None:
 
 def test_what_is_not_drawn_is_at_its_neutral_value_or_an_error() -> None:
     box = Box.of({"play": {"width": [1e-3, 1e-2]}}, EFFECTS)
-    widening = AutomaticRandomisation([Dimension("play", "width", 0.0, 1e-4, 1e-1)], EFFECTS)
+    widening = AutomaticDomainRandomization([Dimension("play", "width", 0.0, 1e-4, 1e-1)], EFFECTS)
     for cover in (box, widening):
         assert covers(cover, {"tone": {"gamma": np.array([1.0, 1.1])}}).tolist() == [True, False]
         with pytest.raises(UserError, match=r"damping: no .*nominal value is known"):

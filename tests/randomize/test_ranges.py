@@ -12,7 +12,7 @@ from effects_to_draw import EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, load_config
 from vision_s2r.errors import UserError
 from vision_s2r.randomize import Range, effect_ranges
-from vision_s2r.scene import SceneConfig, randomised, sample_state
+from vision_s2r.scene import SceneConfig, randomized, sample_state
 from vision_s2r.scene.config import check
 from vision_s2r.scene.sampling import Stream, generator
 
@@ -77,7 +77,7 @@ def test_a_scene_draws_what_it_always_drew() -> None:
     state = sample_state(SceneConfig(), 3, 0)
     count = generator(3, 0, Stream.STATE).integers(3, 7)
     assert len(state.object_ids) == count
-    light, rng = randomised(SceneConfig(), state).light, generator(3, 0, Stream.RANDOMISED)
+    light, rng = randomized(SceneConfig(), state).light, generator(3, 0, Stream.RANDOMIZED)
     angle = rng.uniform(0.0, 0.8)
     assert light.direction[2] == np.cos(angle)
     rng.uniform(0, 2 * np.pi)

@@ -38,7 +38,7 @@ def views(config):
 
 def test_what_is_rendered_is_what_was_asked_for(views, config):
     assert len(views) == 5 and (views.size, views.margin) == (32, 4)
-    assert views.all("randomised").shape == (5, 1, 40, 40, 3)
+    assert views.all("randomized").shape == (5, 1, 40, 40, 3)
     assert views.all("canonical").shape == (5, 32, 32, 3)
     assert views.states() == [sample_state(SCENE, 0, index) for index in range(5)]
     state, grasp = views.states()[3], views.all("grasps")[3, 1].numpy()

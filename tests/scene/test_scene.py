@@ -17,7 +17,7 @@ from vision_s2r.scene import (
     objects,
     proposals,
     propose,
-    randomised,
+    randomized,
     real,
     sample_state,
     textures,
@@ -77,7 +77,7 @@ def test_no_objects_installed_is_one_clear_line(monkeypatch, tmp_path):
 
 
 def test_pictures_do_not_depend_on_what_was_rendered_before(states, renderer):
-    looks = [randomised(CFG, states[0]), real(CFG, states[1]), canonical(states[2])]
+    looks = [randomized(CFG, states[0]), real(CFG, states[1]), canonical(states[2])]
     first = [renderer.render(s, k, 32, 4).rgb for s, k in zip(states, looks, strict=False)]
     with Renderer(CFG) as fresh:
         for state, look, picture in reversed(list(zip(states, looks, first, strict=False))):
@@ -85,7 +85,7 @@ def test_pictures_do_not_depend_on_what_was_rendered_before(states, renderer):
 
 
 def test_the_margin_adds_to_the_same_picture(states, renderer):
-    look = randomised(CFG, states[0])
+    look = randomized(CFG, states[0])
     wide = renderer.render(states[0], look, 64, 8).rgb[8:-8, 8:-8].astype(int)
     assert np.abs(wide - renderer.render(states[0], look, 64).rgb).mean() < 1
 
@@ -126,9 +126,9 @@ def test_shadows_fall(states, renderer):
     assert not CANONICAL_LIGHT.shadow
 
 
-def test_real_shares_no_texture_family_with_randomised(states):
+def test_real_shares_no_texture_family_with_randomized(states):
     assert all(real(CFG, state).light.shadow and real(CFG, state).bank == "real" for state in states)
-    assert not set(textures.RANDOMISED) & set(textures.REAL)
+    assert not set(textures.RANDOMIZED) & set(textures.REAL)
 
 
 def test_the_arm_reaches_where_its_joints_say():

@@ -23,7 +23,7 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     checkpoint.restore("net", other)
     assert torch.equal(network.weight, other.weight)
     assert checkpoint.configuration == {"width": 4}
-    assert checkpoint.normalisation == {"depth": [0.1, 2.0]}
+    assert checkpoint.normalization == {"depth": [0.1, 2.0]}
     assert checkpoint.training == {"step": 7}
 
 

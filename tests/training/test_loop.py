@@ -28,14 +28,14 @@ CFG = TrainingConfig(
 
 
 class Numbers:
-    """Views whose canonical is a linear function of the randomised."""
+    """Views whose canonical is a linear function of the randomized."""
 
-    size, margin, names = 1, 0, frozenset({"randomised", "canonical"})
+    size, margin, names = 1, 0, frozenset({"randomized", "canonical"})
 
     def __init__(self, scenes: int, seed: int):
         generator = torch.Generator().manual_seed(seed)
         inputs = torch.randn(scenes, 6, generator=generator)
-        self._tensors = {"randomised": inputs, "canonical": inputs @ torch.arange(12.0).view(6, 2) / 6}
+        self._tensors = {"randomized": inputs, "canonical": inputs @ torch.arange(12.0).view(6, 2) / 6}
 
     def __len__(self) -> int:
         return len(self._tensors["canonical"])
@@ -54,34 +54,34 @@ class Regression(Method):
             "model": nn.Linear(6, 2),
             "critic": nn.Sequential(nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 1)),
         }
-        self.optimisers = {name: adamw(network, cfg) for name, network in self.networks.items()}
+        self.optimizers = {name: adamw(network, cfg) for name, network in self.networks.items()}
         self.released = ("model",)
-        self.configuration, self.normalisation = {"noise": noise}, {"unit": "none"}
+        self.configuration, self.normalization = {"noise": noise}, {"unit": "none"}
         self._interrupt_at, self._explode = interrupt_at, explode
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in ("randomised", "canonical")}
+        batch = {name: views.batch(name, draw.indices) for name in ("randomized", "canonical")}
         return batch | {"jitter": 0.01 * draw.uniform(6) + draw.integers(2)[:, None]}
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         if step.index == self._interrupt_at:
             os.kill(os.getpid(), signal.SIGINT)
         model, critic = self.networks["model"], self.networks["critic"]
-        inputs, target = batch["randomised"] + 0.01 * batch["jitter"], batch["canonical"]
+        inputs, target = batch["randomized"] + 0.01 * batch["jitter"], batch["canonical"]
         noise = torch.randn(inputs.shape, generator=step.generator)
         output = model(inputs + self.configuration["noise"] * noise)
         with frozen(critic):
             adversarial = softplus(-critic(torch.cat([inputs, output], 1))).mean()
         error = mse_loss(output, target) * (torch.inf if self._explode else 1)
-        step.optimise(error + 0.1 * adversarial, "model")
+        step.optimize(error + 0.1 * adversarial, "model")
         real, fake = (critic(torch.cat([inputs, x], 1)) for x in (target, output.detach()))
         judged = softplus(-real).mean() + softplus(fake).mean()
-        step.optimise(judged, "critic")
+        step.optimize(judged, "critic")
         return {"error": error, "critic": judged}
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
         everything = torch.arange(len(views))
-        output = self.networks["model"](views.batch("randomised", everything))
+        output = self.networks["model"](views.batch("randomized", everything))
         return {"error": float(mse_loss(output, views.batch("canonical", everything)))}
 
     def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
@@ -89,7 +89,7 @@ class Regression(Method):
 
 
 def run(out: Path, cfg: TrainingConfig = CFG, seed: int = 1, **method: float) -> dict[str, Tensor]:
-    """Trains and returns all networks' weights and the optimisers' tensors at the end."""
+    """Trains and returns all networks' weights and the optimizers' tensors at the end."""
     train(partial(Regression, cfg, **method), Numbers(20, 0), Numbers(16, 1), cfg, out, seed)
     return weights(out)
 
@@ -97,8 +97,8 @@ def run(out: Path, cfg: TrainingConfig = CFG, seed: int = 1, **method: float) ->
 def weights(out: Path) -> dict[str, Tensor]:
     state = load_state(out / "last.pt")
     found = {f"{n}.{k}": v for n, tensors in state["networks"].items() for k, v in tensors.items()}
-    for name, optimiser in state["optimisers"].items():
-        found |= {f"{name}.{i}.{k}": v for i, s in optimiser["state"].items() for k, v in s.items()}
+    for name, optimizer in state["optimizers"].items():
+        found |= {f"{name}.{i}.{k}": v for i, s in optimizer["state"].items() for k, v in s.items()}
     return found
 
 

@@ -20,7 +20,7 @@ from vision_s2r.translate.pix2pix import Pix2PixUNet, levels
 
 
 def run(out: Path, minutes: float = 0.02) -> dict[str, Any]:
-    cfg = compose(Config, overrides=["experiment=debug", "translate.validate_on=randomised"])
+    cfg = compose(Config, overrides=["experiment=debug", "translate.validate_on=randomized"])
     timed = replace(cfg.benchmark, minutes=minutes)
     return benchmark.run(cfg.translate, timed, Rectangles(16, 0), Rectangles(8, 1), CAMERA, CameraConfig(), out, seed=0)
 
@@ -78,13 +78,13 @@ def test_the_reference_learns_and_its_pictures_do_not_depend_on_each_other() -> 
     source = views.pictures().movedim(-1, 1) / 255
     target = views.batch("canonical", indices).movedim(-1, 1) / 255
     network = Pix2PixUNet(levels(32), width=8)
-    optimiser = torch.optim.Adam(network.parameters(), 2e-3)
+    optimizer = torch.optim.Adam(network.parameters(), 2e-3)
     errors = []
     for _ in range(150):
         loss = l1_loss(network(source)["canonical"], target)
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         loss.backward()
-        optimiser.step()
+        optimizer.step()
         errors.append(float(loss.detach()))
     assert errors[-1] < 0.2 * errors[0]
     network.eval()

@@ -9,7 +9,7 @@ from test_rcan import CAMERA, SIZE, TINY, Rectangles
 
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
-from vision_s2r.grasp import GraspConfig, Judge
+from vision_s2r.grasp import FrozenQ, GraspConfig
 from vision_s2r.grasp.forms import build
 from vision_s2r.training.checkpoint import Checkpoint, load, save
 from vision_s2r.translate import TranslateConfig, losses, train_translator
@@ -43,7 +43,7 @@ def run(out: Path, path: str, steps: int, loss: LossConfig = ALONE) -> dict[str,
     """Metrics of a translator that the policy at `path` judges."""
     training = replace(TINY.training, max_steps=steps, validate_every=steps, metric="q_difference")
     cfg = replace(TINY, loss=loss, training=training, q_function=path)
-    best = train_translator(Labelled(48, 0), Labelled(16, 1), cfg, CAMERA, CameraConfig(), out, 3, Judge.load(path))
+    best = train_translator(Labelled(48, 0), Labelled(16, 1), cfg, CAMERA, CameraConfig(), out, 3, FrozenQ.load(path))
     metrics: dict[str, float] = load(best, "translator").training["metrics"]
     return metrics
 
@@ -52,7 +52,7 @@ def run(out: Path, path: str, steps: int, loss: LossConfig = ALONE) -> dict[str,
 def test_equal_pictures_cost_nothing_and_gradients_reach_pictures_alone(form: str) -> None:
     cfg = GraspConfig(form=form, width=8)
     q_function = build(cfg)
-    judge, views = Judge(q_function, cfg, SIZE), Labelled(4, 0)
+    judge, views = FrozenQ(q_function, cfg, SIZE), Labelled(4, 0)
     true = views.batch("canonical", torch.arange(4)).movedim(-1, 1) / 255
     made = (true + 0.1 * torch.rand(true.shape)).clamp(0, 1).requires_grad_()
     where = [views.batch(name, torch.arange(4)) for name in ("intrinsics", "extrinsics")]
@@ -96,9 +96,9 @@ def test_a_loss_that_cannot_be_is_one_line(tmp_path: Path, changes: dict[str, ob
 
 
 def test_a_policy_that_cannot_judge_is_named(tmp_path: Path) -> None:
-    of_sources = policy(tmp_path / "sources", GraspConfig(width=8, picture="randomised", validate_on="real"))
+    of_sources = policy(tmp_path / "sources", GraspConfig(width=8, picture="randomized", validate_on="real"))
     with pytest.raises(UserError, match="looks at source pictures"):
-        Judge.load(of_sources)
+        FrozenQ.load(of_sources)
     with pytest.raises(UserError, match="judges pictures of 64 px: the views have 32 px"):
         run(tmp_path / "out", policy(tmp_path / "large", size=64), 1)
 

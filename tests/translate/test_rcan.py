@@ -35,7 +35,7 @@ TINY = TranslateConfig(
     training=TrainingConfig(
         max_steps=4, batch_size=8, learning_rate=4e-3, validate_every=2, metric="l1", accelerator="cpu"
     ),
-    validate_on="randomised",
+    validate_on="randomized",
     pictures=2,
 )
 
@@ -62,7 +62,7 @@ class Rectangles:
         canonical = torch.tensor([[0.3, 0.3, 0.35], [0.85, 0.7, 0.2]])[inner.long()]
         camera = nominal_camera(ViewpointConfig(field_of_view=2 * math.atan(SIZE / 2 / 35)))
         self._tensors = {
-            "randomised": (255 * sources).to(torch.uint8),
+            "randomized": (255 * sources).to(torch.uint8),
             "canonical": (255 * canonical).to(torch.uint8),
             "segmentation": (inner * OBJECT).to(torch.uint8),
             "depth": 0.7 - 0.05 * inner.float(),
@@ -81,7 +81,7 @@ class Rectangles:
         return self._tensors[name][indices]
 
     def pictures(self) -> Tensor:
-        return self._tensors["randomised"][:, 0, MARGIN:-MARGIN, MARGIN:-MARGIN]
+        return self._tensors["randomized"][:, 0, MARGIN:-MARGIN, MARGIN:-MARGIN]
 
 
 def run(out: Path, cfg: TranslateConfig = TINY, seed: int = 3) -> Path:

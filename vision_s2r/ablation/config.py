@@ -6,7 +6,7 @@ from vision_s2r.errors import UserError, nearest
 
 
 @dataclass
-class ArmConfig:
+class VariantConfig:
     """One way to train: a family of translators, and the weights of its loss that differ from the configuration."""
 
     family: str = "paired"
@@ -15,38 +15,38 @@ class ArmConfig:
 
 @dataclass
 class AblationConfig:
-    """Arms, and where they are measured. A job is one arm with one training seed."""
+    """Variants, and where they are measured. A job is one variant with one training seed."""
 
-    definitions: dict[str, ArmConfig] = field(default_factory=dict)  # every arm there is, by name
-    references: dict[str, str] = field(default_factory=dict)  # by family: the arm that the others are compared with
-    arms: list[str] = field(default_factory=list)  # those to run, their references with them; empty: all
+    definitions: dict[str, VariantConfig] = field(default_factory=dict)  # every variant there is, by name
+    references: dict[str, str] = field(default_factory=dict)  # by family: the variant that the others are compared with
+    variants: list[str] = field(default_factory=list)  # those to run, their references with them; empty: all
     policy: list[str] = field(default_factory=list)  # canonical policies, one a seed; empty: trained first
     cameras: list[str] = field(default_factory=list)  # columns: names in configs/camera
     scenes: int = 0  # test scenes, from the first; 0: all
-    arm: str = ""  # of this job; the sweep sets it
+    variant: str = ""  # of this job; the sweep sets it
     seed: int = 0  # of this job; the sweep sets it
 
 
 def check(cfg: AblationConfig, seeds: int) -> None:
     """Raises UserError unless every name can be and there is a policy for each of the seeds."""
-    for key, names in (("arms", cfg.arms), ("arm", [cfg.arm] if cfg.arm else [])):
+    for key, names in (("variants", cfg.variants), ("variant", [cfg.variant] if cfg.variant else [])):
         for name in names:
             if name not in cfg.definitions:
-                raise UserError(f"ablation.{key}: no arm '{name}', {nearest(name, cfg.definitions)}")
-    for name, arm in cfg.definitions.items():
-        if arm.family not in cfg.references:
-            raise UserError(f"arm {name}: no family '{arm.family}', {nearest(arm.family, cfg.references)}")
+                raise UserError(f"ablation.{key}: no variant '{name}', {nearest(name, cfg.definitions)}")
+    for name, variant in cfg.definitions.items():
+        if variant.family not in cfg.references:
+            raise UserError(f"variant {name}: no family '{variant.family}', {nearest(variant.family, cfg.references)}")
     for family, name in cfg.references.items():
         if name not in cfg.definitions or cfg.definitions[name].family != family:
-            raise UserError(f"ablation.references.{family} = '{name}': expected an arm of that family")
+            raise UserError(f"ablation.references.{family} = '{name}': expected a variant of that family")
     if cfg.policy and len(cfg.policy) != seeds:
         raise UserError(f"ablation.policy: {len(cfg.policy)} policies for {seeds} seeds: expected one for each")
     if not cfg.cameras:
         raise UserError("ablation.cameras is empty: expected at least one of configs/camera")
 
 
-def selected(cfg: AblationConfig) -> dict[str, ArmConfig]:
-    """The arms to run in their order, each family's reference with them."""
-    wanted = cfg.arms or list(cfg.definitions)
+def selected(cfg: AblationConfig) -> dict[str, VariantConfig]:
+    """The variants to run in their order, each family's reference with them."""
+    wanted = cfg.variants or list(cfg.definitions)
     wanted = wanted + [cfg.references[cfg.definitions[name].family] for name in wanted]
-    return {name: arm for name, arm in cfg.definitions.items() if name in wanted}
+    return {name: variant for name, variant in cfg.definitions.items() if name in wanted}

@@ -1,4 +1,4 @@
-"""Families of translators: which part of the configuration an arm changes, and what trains the result."""
+"""Families of translators: which part of the configuration a variant changes, and what trains the result."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
@@ -12,7 +12,7 @@ from vision_s2r.errors import UserError, nearest
 
 @dataclass(frozen=True)
 class Family:
-    """`key`: of the root configuration, whose `loss` arms change; `train`: to a released translator below `out`."""
+    """`key`: of the root configuration, whose `loss` variants change; `train`: to a released translator below `out`."""
 
     key: str
     train: Callable[[Config, int], Path]
@@ -42,8 +42,8 @@ FAMILIES: Mapping[str, Family] = {
 
 
 def family_of(cfg: AblationConfig) -> Family:
-    """That of the job's arm. Raises UserError for one that there is none of."""
-    name = cfg.definitions[cfg.arm].family
+    """That of the job's variant. Raises UserError for one that there is none of."""
+    name = cfg.definitions[cfg.variant].family
     if name not in FAMILIES:
-        raise UserError(f"arm {cfg.arm}: no family '{name}', {nearest(name, FAMILIES)}")
+        raise UserError(f"variant {cfg.variant}: no family '{name}', {nearest(name, FAMILIES)}")
     return FAMILIES[name]

@@ -1,4 +1,4 @@
-"""One job: an arm trained with one seed, and what became of its grasps."""
+"""One job: a variant trained with one seed, and what became of its grasps."""
 
 import json
 import logging
@@ -25,7 +25,7 @@ TABLE, ROW = "table", "translator"  # a job's transfer table
 
 
 @dataclass(frozen=True)
-class Result:
+class JobResult:
     """A finished job."""
 
     success: dict[str, np.ndarray]  # by camera: bool [N], of the same scenes in every job
@@ -33,16 +33,16 @@ class Result:
 
 
 def jobs(cfg: Config) -> dict[str, list[Config]]:
-    """By selected arm: the configuration of its job for each seed."""
+    """By selected variant: the configuration of its job for each seed."""
     seeds = range(cfg.seed, cfg.seed + cfg.seeds)
     return {
-        arm: [replace(cfg, ablation=replace(cfg.ablation, arm=arm, seed=seed)) for seed in seeds]
-        for arm in selected(cfg.ablation)
+        variant: [replace(cfg, ablation=replace(cfg.ablation, variant=variant, seed=seed)) for seed in seeds]
+        for variant in selected(cfg.ablation)
     }
 
 
 def run(cfg: Config) -> Path:
-    """Train and evaluate `cfg.ablation.arm` with `cfg.ablation.seed` in OUT/ARM-SEED; returns the result.
+    """Train and evaluate `cfg.ablation.variant` with `cfg.ablation.seed` in OUT/VARIANT-SEED; returns the result.
 
     What is finished is not repeated, what was interrupted goes on. Raises UserError where something does not fit.
     """
@@ -62,19 +62,19 @@ def run(cfg: Config) -> Path:
     return path
 
 
-def read(cfg: Config) -> Result:
-    """What `run` left for the arm and seed of cfg. Raises UserError where it has not run with this configuration."""
+def read(cfg: Config) -> JobResult:
+    """What `run` left for the variant and seed of cfg. Raises UserError unless it ran with this configuration."""
     path = folder(cfg) / RESULT
     if not _finished(path, _settings(_configured(cfg))):
         raise UserError(f"{path}: there is no result of this configuration: expected a finished job")
     found = json.loads(path.read_text())
     success = {camera: np.array(values, dtype=bool) for camera, values in found["success"].items()}
-    return Result(success, found["metrics"])
+    return JobResult(success, found["metrics"])
 
 
 def folder(cfg: Config) -> Path:
-    """The folder of the arm and seed of cfg."""
-    return Path(cfg.out) / f"{cfg.ablation.arm}-{cfg.ablation.seed}"
+    """The folder of the variant and seed of cfg."""
+    return Path(cfg.out) / f"{cfg.ablation.variant}-{cfg.ablation.seed}"
 
 
 def sheet(cfg: Config) -> Path:
@@ -83,13 +83,13 @@ def sheet(cfg: Config) -> Path:
 
 
 def _configured(cfg: Config) -> Config:
-    """cfg as its arm changes it, its seed's policy as judge. Raises UserError where something does not fit."""
+    """cfg as its variant changes it, its seed's policy as judge. Raises UserError where something does not fit."""
     check(cfg.ablation, cfg.seeds)
-    if not cfg.ablation.arm or not cfg.ablation.policy:
-        raise UserError("ablation.arm or ablation.policy is empty: expected both in a job")
+    if not cfg.ablation.variant or not cfg.ablation.policy:
+        raise UserError("ablation.variant or ablation.policy is empty: expected both in a job")
     policy = cfg.ablation.policy[cfg.ablation.seed - cfg.seed]
     cfg = replace(cfg, translate=replace(cfg.translate, q_function=policy))
-    return family_of(cfg.ablation).changed(cfg, cfg.ablation.definitions[cfg.ablation.arm].loss)
+    return family_of(cfg.ablation).changed(cfg, cfg.ablation.definitions[cfg.ablation.variant].loss)
 
 
 def _settings(cfg: Config) -> dict[str, Any]:

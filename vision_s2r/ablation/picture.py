@@ -1,4 +1,4 @@
-"""The ablation in pictures: the change of success of each arm and its metrics; what each makes of the same scenes."""
+"""The ablation in pictures: each variant's change of success and metrics; what each makes of the same scenes."""
 
 import math
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from PIL import Image
 
-from vision_s2r.ablation.summary import METRICS, SUCCESS, Summary, shown
+from vision_s2r.ablation.summary import METRICS, SUCCESS, AblationSummary, shown
 from vision_s2r.evaluate import drawing
 from vision_s2r.files import write, write_figure
 
@@ -20,38 +20,38 @@ STRONGEST = 0.5  # change, as a share of the reference's value, from which on th
 DPI = 130
 
 
-def draw(summary: Summary, path: Path) -> Path:
+def draw(summary: AblationSummary, path: Path) -> Path:
     """Left: change of success in points with 95 % intervals. Right: every metric, coloured by its change.
 
     Returns the PNG's path.
     """
-    count = len(summary.arms)
+    count = len(summary.variants)
     figure = Figure(figsize=(12, 1.6 + 0.42 * count), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1, 1.5))
     _changes(left, summary)
     _metrics(right, summary)
-    left.set_yticks(range(count), [arm.replace("_", " ") for arm in summary.arms])
+    left.set_yticks(range(count), [variant.replace("_", " ") for variant in summary.variants])
     left.set_ylim(count - 0.5, -0.5)
     return write_figure(path, figure, DPI)
 
 
 def side_by_side(sheets: Mapping[str, Path], path: Path) -> Path:
-    """The same scenes as they are and as each arm translates them: the rows of the arms' own sheets, as one PNG."""
+    """The same scenes as they are and as each variant translates them: the rows of their own sheets, as one PNG."""
     strips: dict[str, np.ndarray] = {}
-    for arm, sheet in sheets.items():
+    for variant, sheet in sheets.items():
         above, below = np.split(np.asarray(Image.open(sheet)), 2)
         strips.setdefault("picture", above)
-        strips[arm] = below
+        strips[variant] = below
     inner = (slice(drawing.FRAME, -drawing.FRAME), slice(drawing.LABEL, -drawing.FRAME))
     return write(path, drawing.png(drawing.sheet({label: strip[inner] for label, strip in strips.items()})))
 
 
-def _changes(axes: Axes, summary: Summary) -> None:
-    families = list(dict.fromkeys(map(summary.family, summary.arms)))
+def _changes(axes: Axes, summary: AblationSummary) -> None:
+    families = list(dict.fromkeys(map(summary.family, summary.variants)))
     axes.axvline(0, color=RULE, lw=1)
-    for at, arm in enumerate(summary.arms):
-        colour = COLOURS[families.index(summary.family(arm)) % len(COLOURS)]
-        row = summary.rows[arm, SUCCESS]
+    for at, variant in enumerate(summary.variants):
+        colour = COLOURS[families.index(summary.family(variant)) % len(COLOURS)]
+        row = summary.rows[variant, SUCCESS]
         if row.change is None:
             axes.plot(0, at, "D", color=colour, ms=6)
             axes.annotate(f"{100 * row.value.value:.1f} %", (0, at), (7, 0), textcoords="offset points", va="center")
@@ -64,11 +64,11 @@ def _changes(axes: Axes, summary: Summary) -> None:
     axes.spines[["top", "right"]].set_visible(False)
 
 
-def _metrics(axes: Axes, summary: Summary) -> None:
-    better = np.full((len(summary.arms), len(METRICS)), np.nan)  # relative, positive where better
-    for at, arm in enumerate(summary.arms):
+def _metrics(axes: Axes, summary: AblationSummary) -> None:
+    better = np.full((len(summary.variants), len(METRICS)), np.nan)  # relative, positive where better
+    for at, variant in enumerate(summary.variants):
         for column, (metric, less) in enumerate(METRICS.items()):
-            row = summary.rows.get((arm, metric))
+            row = summary.rows.get((variant, metric))
             if row is None:
                 continue
             reach = row.value.high - row.value.value

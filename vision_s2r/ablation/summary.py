@@ -1,4 +1,4 @@
-"""What the jobs say together: success and metrics of each arm, and how they differ from its family's reference."""
+"""What the jobs say together: success and metrics of each variant, and how they differ from its family's reference."""
 
 import json
 from dataclasses import asdict, dataclass
@@ -10,10 +10,10 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from vision_s2r.ablation.job import Result
+from vision_s2r.ablation.job import JobResult
 from vision_s2r.config import Config
-from vision_s2r.content.correlation import over_clusters
 from vision_s2r.files import finite, write, write_table
+from vision_s2r.metrics.correlation import over_clusters
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
 
 FORMAT = "vision-s2r/ablation/1"
@@ -33,9 +33,9 @@ METRICS = {
 
 @dataclass(frozen=True)
 class Row:
-    """One measure of one arm, and its difference from the reference's (None: of the reference itself)."""
+    """One measure of one variant, and its difference from the reference's (None: of the reference itself)."""
 
-    arm: str
+    variant: str
     measure: str
     value: Estimate
     change: Estimate | None
@@ -44,14 +44,14 @@ class Row:
         """JSON-able; None for an end of an interval that one seed cannot give, and for no change."""
         change = asdict(self.change) if self.change else dict.fromkeys(("value", "low", "high"))
         numbers = asdict(self.value) | {f"change_{key}".removesuffix("_value"): each for key, each in change.items()}
-        return {"arm": self.arm, "measure": self.measure} | finite(numbers)
+        return {"variant": self.variant, "measure": self.measure} | finite(numbers)
 
 
-class Summary:
-    """Every measure of every arm. Success: bootstrapped over scenes and seeds; metrics: over seeds."""
+class AblationSummary:
+    """Every measure of every variant. Success: bootstrapped over scenes and seeds; metrics: over seeds."""
 
-    def __init__(self, cfg: Config, results: dict[str, list[Result]]):
-        """`results`: by arm, one for each seed, in the same order."""
+    def __init__(self, cfg: Config, results: dict[str, list[JobResult]]):
+        """`results`: by variant, one for each seed, in the same order."""
         self.cfg, self.results = cfg, results
         any_arm = next(iter(results.values()))[0]
         self.cameras = list(any_arm.success)
@@ -59,66 +59,68 @@ class Summary:
         self._bootstrap = Bootstrap(self.scenes, cfg.evaluate.seed)
 
     @property
-    def arms(self) -> list[str]:
+    def variants(self) -> list[str]:
         """In order."""
         return list(self.results)
 
-    def family(self, arm: str) -> str:
-        """Of an arm."""
-        return self.cfg.ablation.definitions[arm].family
+    def family(self, variant: str) -> str:
+        """Of a variant."""
+        return self.cfg.ablation.definitions[variant].family
 
-    def reference(self, arm: str) -> str | None:
-        """The arm that this one is compared with; None where it is the one."""
-        name = self.cfg.ablation.references[self.family(arm)]
-        return None if name == arm else name
+    def reference(self, variant: str) -> str | None:
+        """The variant that this one is compared with; None where it is the one."""
+        name = self.cfg.ablation.references[self.family(variant)]
+        return None if name == variant else name
 
     @cached_property
     def rows(self) -> dict[tuple[str, str], Row]:
-        """By arm and measure; no row for a metric that an arm does not have."""
+        """By variant and measure; no row for a metric that a variant does not have."""
         found = {}
-        for arm in self.arms:
+        for variant in self.variants:
             for camera in (None, *self.cameras):
                 measure = SUCCESS if camera is None else f"{SUCCESS} {camera}"
-                found[arm, measure] = self._success(arm, measure, camera)
+                found[variant, measure] = self._success(variant, measure, camera)
             for metric in METRICS:
-                if all(metric in result.metrics for result in self.results[arm]):
-                    found[arm, metric] = self._metric(arm, metric)
+                if all(metric in result.metrics for result in self.results[variant]):
+                    found[variant, metric] = self._metric(variant, metric)
         return found
 
-    def _success(self, arm: str, measure: str, camera: str | None) -> Row:
-        ours, reference = self._outcomes(arm, camera), self.reference(arm)
+    def _success(self, variant: str, measure: str, camera: str | None) -> Row:
+        ours, reference = self._outcomes(variant, camera), self.reference(variant)
         change = self._bootstrap.difference(ours, self._outcomes(reference, camera)) if reference else None
-        return Row(arm, measure, self._bootstrap.success(ours), change)
+        return Row(variant, measure, self._bootstrap.success(ours), change)
 
-    def _outcomes(self, arm: str, camera: str | None) -> np.ndarray:
+    def _outcomes(self, variant: str, camera: str | None) -> np.ndarray:
         """[S, N]: success in each scene, of all cameras their mean, so that a scene stays one unit of chance."""
         cameras = self.cameras if camera is None else [camera]
-        return np.array([np.mean([result.success[name] for name in cameras], axis=0) for result in self.results[arm]])
+        return np.array(
+            [np.mean([result.success[name] for name in cameras], axis=0) for result in self.results[variant]]
+        )
 
-    def _metric(self, arm: str, metric: str) -> Row:
-        ours, reference = self._metrics(arm, metric), self.reference(arm)
+    def _metric(self, variant: str, metric: str) -> Row:
+        ours, reference = self._metrics(variant, metric), self.reference(variant)
         theirs = self._metrics(reference, metric) if reference else None
         change = over_trainings(ours - theirs) if theirs is not None and len(theirs) else None
-        return Row(arm, metric, over_trainings(ours), change)
+        return Row(variant, metric, over_trainings(ours), change)
 
-    def _metrics(self, arm: str, metric: str) -> np.ndarray:
-        """[S], or nothing where the arm has no such metric."""
-        return np.array([result.metrics[metric] for result in self.results[arm] if metric in result.metrics])
+    def _metrics(self, variant: str, metric: str) -> np.ndarray:
+        """[S], or nothing where the variant has no such metric."""
+        return np.array([result.metrics[metric] for result in self.results[variant] if metric in result.metrics])
 
     @cached_property
     def correlations(self) -> dict[str, Estimate]:
-        """By metric: Spearman's ρ with success over all trainings that have it, whose arms are resampled."""
+        """By metric: Spearman's ρ with success over all trainings that have it, whose variants are resampled."""
         found = {}
         for metric in METRICS:
-            if arms := [arm for arm in self.arms if (arm, metric) in self.rows]:
-                values = [self._metrics(arm, metric) for arm in arms]
-                success = [self._outcomes(arm, None).mean(1) for arm in arms]
+            if variants := [variant for variant in self.variants if (variant, metric) in self.rows]:
+                values = [self._metrics(variant, metric) for variant in variants]
+                success = [self._outcomes(variant, None).mean(1) for variant in variants]
                 found[metric] = over_clusters(values, success, self.cfg.evaluate.seed)
         return found
 
     def write(self, folder: Path) -> None:
         """ablation.csv and ablation.json; the table on the terminal."""
-        records = [{"family": self.family(row.arm)} | row.record() for row in self.rows.values()]
+        records = [{"family": self.family(row.variant)} | row.record() for row in self.rows.values()]
         write_table(folder / "ablation.csv", records)
         content = {
             "format": FORMAT,
@@ -126,7 +128,7 @@ class Summary:
             "cameras": self.cameras,
             "seeds": self.cfg.seeds,
             "references": self.cfg.ablation.references,
-            "arms": {arm: asdict(self.cfg.ablation.definitions[arm]) for arm in self.arms},
+            "variants": {variant: asdict(self.cfg.ablation.definitions[variant]) for variant in self.variants},
             "rows": records,
             "correlations": finite({metric: asdict(each) for metric, each in self.correlations.items()}),
         }
@@ -134,15 +136,17 @@ class Summary:
         Console(width=150).print(self.text())
 
     def text(self) -> Table:
-        """For the terminal: a line an arm, success in percent, its change in points (95 % interval), metrics.
+        """For the terminal: a line a variant, success in percent, its change in points (95 % interval), metrics.
 
         Last, how each metric goes with success.
         """
-        table = Table("arm", "success, %", "change, points", *METRICS, box=None)
-        for arm in self.arms:
-            success = self.rows[arm, SUCCESS]
-            cells = [shown(self.rows[arm, name].value.value) if (arm, name) in self.rows else "" for name in METRICS]
-            table.add_row(arm, interval(success.value), interval(success.change) if success.change else "", *cells)
+        table = Table("variant", "success, %", "change, points", *METRICS, box=None)
+        for variant in self.variants:
+            success = self.rows[variant, SUCCESS]
+            cells = [
+                shown(self.rows[variant, name].value.value) if (variant, name) in self.rows else "" for name in METRICS
+            ]
+            table.add_row(variant, interval(success.value), interval(success.change) if success.change else "", *cells)
         rho = self.correlations
         table.add_row("ρ with success", "", "", *(shown(rho[name].value) if name in rho else "" for name in METRICS))
         return table

@@ -1,4 +1,4 @@
-"""The ablation: what all jobs need, a Hydra multirun over arms and seeds, and what comes of it."""
+"""The ablation: what all jobs need, a Hydra multirun over variants and seeds, and what comes of it."""
 
 import json
 import logging
@@ -9,7 +9,7 @@ from pathlib import Path
 from vision_s2r import pipeline
 from vision_s2r.ablation import job, picture
 from vision_s2r.ablation.config import check
-from vision_s2r.ablation.summary import Summary
+from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.cli import compose, log_to_terminal, main, or_exit
 from vision_s2r.config import Config
 
@@ -45,13 +45,13 @@ def prepared(cfg: Config) -> Config:
 
 
 def sweep(cfg: Config) -> list[str]:
-    """Hydra's overrides: every selected arm with every seed."""
+    """Hydra's overrides: every selected variant with every seed."""
     jobs = job.jobs(cfg)
-    log.info("%s: %d arms × %d seeds", cfg.out, len(jobs), cfg.seeds)
+    log.info("%s: %d variants × %d seeds", cfg.out, len(jobs), cfg.seeds)
     seeds = range(cfg.seed, cfg.seed + cfg.seeds)
     return [
         f"ablation.policy={json.dumps(cfg.ablation.policy)}",
-        f"ablation.arm={','.join(jobs)}",
+        f"ablation.variant={','.join(jobs)}",
         f"ablation.seed={','.join(map(str, seeds))}",
     ]
 
@@ -59,8 +59,8 @@ def sweep(cfg: Config) -> list[str]:
 def finish(cfg: Config) -> Path:
     """Write the table (CSV, JSON) and the pictures of finished jobs; returns the path of the first of these."""
     jobs, out = job.jobs(cfg), Path(cfg.out)
-    summary = Summary(cfg, {arm: [job.read(each) for each in seeds] for arm, seeds in jobs.items()})
+    summary = AblationSummary(cfg, {variant: [job.read(each) for each in seeds] for variant, seeds in jobs.items()})
     summary.write(out)
     if cfg.evaluate.strip:
-        picture.side_by_side({arm: job.sheet(seeds[0]) for arm, seeds in jobs.items()}, out / "strip.png")
+        picture.side_by_side({variant: job.sheet(seeds[0]) for variant, seeds in jobs.items()}, out / "strip.png")
     return picture.draw(summary, out / f"{NAME}.png")

@@ -9,8 +9,8 @@ Hwangbo et al., Learning agile and dynamic motor skills for legged robots, Scien
 
 from vision_s2r.actuator.config import ActuatorConfig
 from vision_s2r.actuator.drive import MotorDrive, NetworkDrive
-from vision_s2r.actuator.log import Log, record
+from vision_s2r.actuator.log import DriveLog, record
 from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.actuator.training import fit
 
-__all__ = ["ActuatorConfig", "ActuatorNetwork", "Log", "MotorDrive", "NetworkDrive", "fit", "record"]
+__all__ = ["ActuatorConfig", "ActuatorNetwork", "DriveLog", "MotorDrive", "NetworkDrive", "fit", "record"]

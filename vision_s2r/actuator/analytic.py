@@ -4,10 +4,10 @@ import numpy as np
 
 from vision_s2r.actuator.config import DriveConfig
 from vision_s2r.actuator.drive import LOAD
-from vision_s2r.actuator.log import Log
+from vision_s2r.actuator.log import DriveLog
 
 
-def analytic_torque(cfg: DriveConfig, log: Log) -> np.ndarray:
+def analytic_torque(cfg: DriveConfig, log: DriveLog) -> np.ndarray:
     """Delivered torques [N, T] (N·m) of a rigid drive without delay that is in the logged state.
 
     Motor and load share the acceleration that the motor's torque (at most its limit), its friction and the payload

@@ -42,7 +42,7 @@ class LogsConfig:
 
 
 @dataclass
-class TrainingConfig:
+class ActuatorTrainingConfig:
     """Of each network."""
 
     steps: int = 10_000
@@ -52,7 +52,7 @@ class TrainingConfig:
 
 
 @dataclass
-class TaskConfig:
+class ActuatorTaskConfig:
     """References that controllers are tuned on and tried on, and how."""
 
     tuned_on: int = 12
@@ -78,8 +78,8 @@ class ActuatorConfig:
     history: list[float] = field(default_factory=lambda: [round(0.005 * k, 3) for k in range(13)])
     drive: DriveConfig = field(default_factory=DriveConfig)
     logs: LogsConfig = field(default_factory=LogsConfig)
-    training: TrainingConfig = field(default_factory=TrainingConfig)
-    task: TaskConfig = field(default_factory=TaskConfig)
+    training: ActuatorTrainingConfig = field(default_factory=ActuatorTrainingConfig)
+    task: ActuatorTaskConfig = field(default_factory=ActuatorTaskConfig)
 
 
 def check(cfg: ActuatorConfig) -> None:

@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import differential_evolution
 
-from vision_s2r.actuator.config import TaskConfig
+from vision_s2r.actuator.config import ActuatorTaskConfig
 from vision_s2r.actuator.drive import Drive
-from vision_s2r.actuator.log import GAINS, Log, record
+from vision_s2r.actuator.log import GAINS, DriveLog, record
 from vision_s2r.actuator.references import References, tasks
 
 SETTLE = 0.2  # s from rest that do not count
@@ -16,7 +16,7 @@ SETTLE = 0.2  # s from rest that do not count
 World = Callable[[np.ndarray, np.random.Generator], Drive]
 
 
-def tune(world: World, cfg: TaskConfig, sample_time: float, seed: int) -> np.ndarray:
+def tune(world: World, cfg: ActuatorTaskConfig, sample_time: float, seed: int) -> np.ndarray:
     """Gains [5], as GAINS names them, that follow tasks of their own best in this world.
 
     Differential evolution (Storn and Price 1997). The cost is the RMS error (rad), plus `roughness` times the RMS
@@ -38,12 +38,12 @@ def tune(world: World, cfg: TaskConfig, sample_time: float, seed: int) -> np.nda
     return found.x
 
 
-def rms_error(log: Log, sample_time: float) -> np.ndarray:
+def rms_error(log: DriveLog, sample_time: float) -> np.ndarray:
     """RMS over time [N] (rad) of the reference less the true position, once settled."""
     return np.sqrt(np.mean(log.miss[:, round(SETTLE / sample_time) :] ** 2, axis=1))
 
 
-def attempt(world: World, references: References, gains: np.ndarray, seed: int) -> Log:
+def attempt(world: World, references: References, gains: np.ndarray, seed: int) -> DriveLog:
     """A controller with these gains [5] on each reference."""
     drive = world(references.payload, np.random.default_rng([seed, 2]))
     return record(drive, references, np.repeat(gains[None], len(drive), axis=0))

@@ -22,7 +22,7 @@ WINDUP = 0.2  # rad·s: what the integral is held to
 
 
 @dataclass(frozen=True)
-class Log:
+class DriveLog:
     """N motions of T samples of a drive, [N, T] but where it says so."""
 
     command: np.ndarray  # rad, held from this sample to the next
@@ -39,7 +39,7 @@ class Log:
 
 
 @one_thread()
-def record(drive: Drive, references: References, gains: np.ndarray) -> Log:
+def record(drive: Drive, references: References, gains: np.ndarray) -> DriveLog:
     """Log a drive from rest while controllers with these `gains` [N, 5], as GAINS names them, follow the references."""
     position, velocity, ahead, ahead_squared, integral = gains.T
     command, q, v, torque, miss = np.empty((5, *references.position.shape))
@@ -53,4 +53,4 @@ def record(drive: Drive, references: References, gains: np.ndarray) -> Log:
         command[:, k] = np.clip(r + feedback + ahead * rate + ahead_squared * acceleration, -LIMIT, LIMIT)
         miss[:, k] = r - drive.true[:, 0]
         torque[:, k] = drive.step(command[:, k])
-    return Log(command, q, v, torque, miss, drive.load_torque)
+    return DriveLog(command, q, v, torque, miss, drive.load_torque)

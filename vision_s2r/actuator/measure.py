@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.actuator.control import SETTLE, rms_error
-from vision_s2r.actuator.log import Log
+from vision_s2r.actuator.log import DriveLog
 from vision_s2r.statistics import Bootstrap
 
 
 def torque_errors(
-    logs: Sequence[Log], models: Mapping[str, Sequence[np.ndarray]], sample_time: float
+    logs: Sequence[DriveLog], models: Mapping[str, Sequence[np.ndarray]], sample_time: float
 ) -> dict[str, dict[str, Any]]:
     """By model, mean absolute and RMS error (N·m), and by what factors the first model's are larger.
 
@@ -44,7 +44,7 @@ def torque_errors(
 
 
 def transfer(
-    own: Mapping[str, Sequence[Log]], drive: Mapping[str, Sequence[Log]], tolerance: float, sample_time: float
+    own: Mapping[str, Sequence[DriveLog]], drive: Mapping[str, Sequence[DriveLog]], tolerance: float, sample_time: float
 ) -> dict[str, dict[str, Any]]:
     """By simulator, how its controllers [S] do on references [M] in it (`own`) and on the drive.
 

@@ -37,9 +37,9 @@ class ActuatorNetwork(nn.Module):
         widths = [size] + [WIDTH] * DEPTH
         hidden = [layer for pair in itertools.pairwise(widths) for layer in (nn.Linear(*pair), nn.Softsign())]
         self.layers = nn.Sequential(*hidden, nn.Linear(WIDTH, 1))
-        self.normalise(np.zeros(size), np.eye(size), 1.0)
+        self.normalize(np.zeros(size), np.eye(size), 1.0)
 
-    def normalise(self, mean: np.ndarray, whitening: np.ndarray, scale: float) -> None:
+    def normalize(self, mean: np.ndarray, whitening: np.ndarray, scale: float) -> None:
         """Inputs [B, 2H] become (inputs − mean [2H]) @ whitening [2H, 2H]; the output is in units of `scale` (N·m)."""
         for name, value in (("mean", mean), ("whitening", whitening), ("scale", scale)):
             self.register_buffer(name, torch.as_tensor(value, dtype=torch.float32), persistent=False)
@@ -49,11 +49,11 @@ class ActuatorNetwork(nn.Module):
         return self.scale * self.layers((inputs - self.mean) @ self.whitening)[:, 0]
 
     def save(self, path: Path, training: dict[str, object]) -> None:
-        """Writes a checkpoint: weights; history and normalisation as JSON. Raises UserError where it cannot."""
+        """Writes a checkpoint: weights; history and normalization as JSON. Raises UserError where it cannot."""
         configuration = {"history": list(self.history), "sample_time": self.sample_time}
-        normalisation = {name: getattr(self, name).tolist() for name in ("mean", "whitening", "scale")}
+        normalization = {name: getattr(self, name).tolist() for name in ("mean", "whitening", "scale")}
         tensors = {f"network.{key}": value for key, value in self.state_dict().items()}
-        save(path, Checkpoint(KIND, configuration, normalisation, training, tensors))
+        save(path, Checkpoint(KIND, configuration, normalization, training, tensors))
 
     @classmethod
     def load(cls, path: str | Path, history: Sequence[float] | None = None) -> "ActuatorNetwork":
@@ -64,15 +64,15 @@ class ActuatorNetwork(nn.Module):
         checkpoint = load(path, KIND)
         try:
             network = cls(checkpoint.configuration["history"], checkpoint.configuration["sample_time"])
-            mean, whitening = (np.array(checkpoint.normalisation[name], float) for name in ("mean", "whitening"))
-            scale = float(checkpoint.normalisation["scale"])
+            mean, whitening = (np.array(checkpoint.normalization[name], float) for name in ("mean", "whitening"))
+            scale = float(checkpoint.normalization["scale"])
         except (KeyError, TypeError, ValueError, UserError) as error:
             raise UserError(f"{path}: its header is that of no actuator network ({error})") from error
         if history is not None and network.history != tuple(history):
             raise UserError(f"{path}: sees {list(network.history)} s ago, expected {list(history)}")
         size = 2 * len(network.lags)
         if mean.shape != (size,) or whitening.shape != (size, size):
-            raise UserError(f"{path}: normalises {mean.size} inputs: its history of {len(network.lags)} has {size}")
+            raise UserError(f"{path}: normalizes {mean.size} inputs: its history of {len(network.lags)} has {size}")
         checkpoint.restore("network", network)
-        network.normalise(mean, whitening, scale)
+        network.normalize(mean, whitening, scale)
         return network

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vision_s2r.actuator.config import ActuatorConfig
-from vision_s2r.actuator.log import Log
+from vision_s2r.actuator.log import DriveLog
 from vision_s2r.actuator.references import References
 from vision_s2r.actuator.report import DATA, LABELS
 from vision_s2r.files import write_figure
@@ -21,10 +21,10 @@ SHOWN = 0.7  # s
 def draw(
     path: Path,
     cfg: ActuatorConfig,
-    logs: Mapping[str, Sequence[Log]],
+    logs: Mapping[str, Sequence[DriveLog]],
     torques: Mapping[str, Mapping[str, Sequence[np.ndarray]]],
     references: References,
-    drive: Mapping[str, Sequence[Log]],
+    drive: Mapping[str, Sequence[DriveLog]],
 ) -> Path:
     """Torques on a motion of each kind; a reference and what the controllers of the first seed make of it.
 
@@ -43,7 +43,7 @@ def draw(
     return write_figure(path, figure, DPI)
 
 
-def _torque(axis: Axes, log: Log, models: Mapping[str, np.ndarray], cfg: ActuatorConfig) -> None:
+def _torque(axis: Axes, log: DriveLog, models: Mapping[str, np.ndarray], cfg: ActuatorConfig) -> None:
     motion = _median(abs(models["analytic"] - log.torque).mean(axis=1))
     part = _part(log, cfg)
     t = np.arange(log.torque.shape[1])[part] * cfg.drive.sample_time
@@ -53,7 +53,7 @@ def _torque(axis: Axes, log: Log, models: Mapping[str, np.ndarray], cfg: Actuato
     axis.set_ylabel("N·m")
 
 
-def _responses(axes: Sequence[Axes], references: References, logs: Mapping[str, Log], cfg: ActuatorConfig) -> None:
+def _responses(axes: Sequence[Axes], references: References, logs: Mapping[str, DriveLog], cfg: ActuatorConfig) -> None:
     motion = _median((logs["analytic"].miss ** 2).mean(axis=1))
     part = _part(logs["analytic"], cfg)
     t = np.arange(references.position.shape[1])[part] * cfg.drive.sample_time
@@ -67,7 +67,7 @@ def _responses(axes: Sequence[Axes], references: References, logs: Mapping[str, 
     axes[1].set(xlabel="t, s", ylabel="mrad")
 
 
-def _part(log: Log, cfg: ActuatorConfig) -> slice:
+def _part(log: DriveLog, cfg: ActuatorConfig) -> slice:
     """The last SHOWN seconds."""
     return slice(max(0, log.torque.shape[1] - round(SHOWN / cfg.drive.sample_time)), None)
 

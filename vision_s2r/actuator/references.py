@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.actuator.config import LogsConfig, TaskConfig
+from vision_s2r.actuator.config import ActuatorTaskConfig, LogsConfig
 
 SINES = 3  # of a task
 SWEEPS = 2  # of a logged motion
@@ -43,7 +43,7 @@ def sweeps(cfg: LogsConfig, motions: int, sample_time: float, rng: np.random.Gen
     return References(position + dither, velocity, acceleration, rng.uniform(-cfg.payload, cfg.payload, motions))
 
 
-def tasks(cfg: TaskConfig, motions: int, sample_time: float, rng: np.random.Generator) -> References:
+def tasks(cfg: ActuatorTaskConfig, motions: int, sample_time: float, rng: np.random.Generator) -> References:
     """Sums of sines of random frequencies, whose accelerations, rather than amplitudes, are of random size."""
     t = np.arange(round(cfg.seconds / sample_time)) * sample_time
     position, velocity, acceleration = np.zeros((3, motions, len(t)))

@@ -12,7 +12,7 @@ from vision_s2r.actuator.analytic import analytic_torque
 from vision_s2r.actuator.config import PAPER_HISTORY, ActuatorConfig, check
 from vision_s2r.actuator.control import World, attempt, tune
 from vision_s2r.actuator.drive import MotorDrive, NetworkDrive
-from vision_s2r.actuator.log import GAINS, Log, record
+from vision_s2r.actuator.log import GAINS, DriveLog, record
 from vision_s2r.actuator.measure import torque_errors, transfer
 from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.actuator.pictures import draw
@@ -59,7 +59,7 @@ def run(cfg: ActuatorConfig) -> Path:
     return draw(out / "actuator.png", cfg, compared, torques, held_out, drive)
 
 
-def _log(cfg: ActuatorConfig, motions: int, stream: int) -> Log:
+def _log(cfg: ActuatorConfig, motions: int, stream: int) -> DriveLog:
     """The drive under motions of the family that networks are trained on, each with a loose outer loop of its own."""
     rng = np.random.default_rng([cfg.seed, stream])
     references = sweeps(cfg.logs, motions, cfg.drive.sample_time, rng)
@@ -71,7 +71,7 @@ def _log(cfg: ActuatorConfig, motions: int, stream: int) -> Log:
 
 def _networks(cfg: ActuatorConfig, out: Path) -> Networks:
     """By name, a network for each seed, trained unless it is in the folder already."""
-    log: Log | None = None
+    log: DriveLog | None = None
     found: Networks = {PAPER: [], LONG: []}
     for k in range(cfg.seeds):
         for name, history in ((PAPER, PAPER_HISTORY), (LONG, tuple(cfg.history))):
@@ -108,7 +108,7 @@ def _controllers(cfg: ActuatorConfig, worlds: dict[str, list[World]], path: Path
 
 def _attempts(
     cfg: ActuatorConfig, worlds: dict[str, list[World]], gains: dict[str, list[np.ndarray]], held_out: References
-) -> dict[str, list[Log]]:
+) -> dict[str, list[DriveLog]]:
     """By simulator, what the controllers that were tuned in it do in `worlds`, each in that of its seed."""
     return {
         name: [attempt(worlds[name][k], held_out, gain, cfg.seed + k) for k, gain in enumerate(gains[name])]
@@ -116,7 +116,7 @@ def _attempts(
     }
 
 
-def _models(cfg: ActuatorConfig, networks: Networks, logs: list[Log]) -> dict[str, list[np.ndarray]]:
+def _models(cfg: ActuatorConfig, networks: Networks, logs: list[DriveLog]) -> dict[str, list[np.ndarray]]:
     """By model of the motor, the torques [M, T] that it says of the log of each seed."""
     said = {ANALYTIC: [analytic_torque(cfg.drive, log) for log in logs]}
     for name, trained in networks.items():

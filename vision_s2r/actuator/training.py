@@ -4,8 +4,8 @@ import numpy as np
 import torch
 from torch import nn
 
-from vision_s2r.actuator.config import TrainingConfig
-from vision_s2r.actuator.log import Log
+from vision_s2r.actuator.config import ActuatorTrainingConfig
+from vision_s2r.actuator.log import DriveLog
 from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.errors import UserError
 from vision_s2r.progress import tracked
@@ -13,7 +13,7 @@ from vision_s2r.threads import one_thread
 from vision_s2r.training.loop import learning_rate
 
 
-def inputs(log: Log, lags: tuple[int, ...]) -> np.ndarray:
+def inputs(log: DriveLog, lags: tuple[int, ...]) -> np.ndarray:
     """What a network sees, float32 [N, T, 2H]. Before the first sample everything was as it was then."""
     samples = np.arange(log.position.shape[1])[:, None] - np.array(lags)
     seen = np.maximum(samples, 0)
@@ -21,7 +21,7 @@ def inputs(log: Log, lags: tuple[int, ...]) -> np.ndarray:
 
 
 @one_thread()
-def predict(network: ActuatorNetwork, log: Log) -> np.ndarray:
+def predict(network: ActuatorNetwork, log: DriveLog) -> np.ndarray:
     """Torques [N, T] (N·m) that the network says of a log's motions."""
     seen = torch.from_numpy(inputs(log, network.lags))
     with torch.no_grad():
@@ -29,7 +29,9 @@ def predict(network: ActuatorNetwork, log: Log) -> np.ndarray:
 
 
 @one_thread()
-def fit(log: Log, history: tuple[float, ...], sample_time: float, cfg: TrainingConfig, seed: int) -> ActuatorNetwork:
+def fit(
+    log: DriveLog, history: tuple[float, ...], sample_time: float, cfg: ActuatorTrainingConfig, seed: int
+) -> ActuatorNetwork:
     """A network of this history (s ago), trained on a log. The same seed gives the same network.
 
     The mean is what least squares finds, and what conserves momentum where an impact may or may not come. Matrices of
@@ -40,22 +42,22 @@ def fit(log: Log, history: tuple[float, ...], sample_time: float, cfg: TrainingC
         network = ActuatorNetwork(history, sample_time)
     seen = inputs(log, network.lags)[:, network.lags[-1] :]
     x, y = seen.reshape(-1, seen.shape[2]), log.torque[:, network.lags[-1] :].astype(np.float32).reshape(-1)
-    network.normalise(*_whitening(x), float(y.std()))
+    network.normalize(*_whitening(x), float(y.std()))
     x_all = (torch.from_numpy(x) - network.mean) @ network.whitening
     y_all = torch.from_numpy(y) / network.scale
-    optimisers = _optimisers(network.layers, cfg)
+    optimizers = _optimizers(network.layers, cfg)
     generator = torch.Generator().manual_seed(seed)
     for step in tracked(range(cfg.steps), cfg.steps, f"{len(history)} samples, seed {seed}"):
-        for optimiser in optimisers:
-            for group in optimiser.param_groups:
+        for optimizer in optimizers:
+            for group in optimizer.param_groups:
                 group["lr"] = group["initial_lr"] * learning_rate((step + 1) / cfg.steps, cfg.warmup)
         batch = torch.randint(len(x_all), (cfg.batch,), generator=generator)
         loss = nn.functional.mse_loss(network.layers(x_all[batch])[:, 0], y_all[batch])
-        for optimiser in optimisers:
-            optimiser.zero_grad()
+        for optimizer in optimizers:
+            optimizer.zero_grad()
         loss.backward()
-        for optimiser in optimisers:
-            optimiser.step()
+        for optimizer in optimizers:
+            optimizer.step()
     if not loss.isfinite():
         raise UserError(f"training.learning_rate is {cfg.learning_rate:g}: training diverged, expected less")
     return network
@@ -67,14 +69,14 @@ def _whitening(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return x.mean(axis=0, dtype=float), directions / np.sqrt(np.maximum(variances, 1e-12 * variances[-1]))
 
 
-def _optimisers(layers: nn.Sequential, cfg: TrainingConfig) -> list[torch.optim.Optimizer]:
+def _optimizers(layers: nn.Sequential, cfg: ActuatorTrainingConfig) -> list[torch.optim.Optimizer]:
     matrices = [p for p in layers.parameters() if p.ndim == 2 and len(p) > 1]
     others = [p for p in layers.parameters() if p.ndim == 1 or len(p) == 1]
-    optimisers: list[torch.optim.Optimizer] = [
+    optimizers: list[torch.optim.Optimizer] = [
         torch.optim.Muon(matrices, lr=cfg.learning_rate, weight_decay=0.0),
         torch.optim.Adam(others, lr=cfg.learning_rate / 2),
     ]
-    for optimiser in optimisers:
-        for group in optimiser.param_groups:
+    for optimizer in optimizers:
+        for group in optimizer.param_groups:
             group["initial_lr"] = group["lr"]
-    return optimisers
+    return optimizers

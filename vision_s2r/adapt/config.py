@@ -19,7 +19,7 @@ class AdaptLossConfig:
     identity: float = 0.0  # absolute error of a picture translated into the domain that it is of
     segmentation: float = 0.0  # cross-entropy of a canonical picture's classes, by the head of the generator to real
     task: float = 0.0  # of Q's own loss, as far as generators feel it; 0: Q learns of their pictures, they not of Q
-    paired: float = 0.0  # of all that the translator's own loss asks of randomised pictures, whose pairs are known
+    paired: float = 0.0  # of all that the translator's own loss asks of randomized pictures, whose pairs are known
     rl_scene: float = 0.0  # mean squared differences of Q within each triple of a scene's pictures
 
 

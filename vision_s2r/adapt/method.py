@@ -67,18 +67,18 @@ class Adaptation(Method):
                 if generator in self.networks:
                     self.networks[judge] = PatchDiscriminator(cfg.discriminator, pictures=1)
         self.networks |= q_functions(cfg)
-        self.optimisers = {name: self._optimiser(name, network) for name, network in self.networks.items()}
+        self.optimizers = {name: self._optimizer(name, network) for name, network in self.networks.items()}
         self.networks["policy"] = deepcopy(self.networks["q_canonical"])  # what translations are for; it stays
-        self._players = tuple(name for name in self.optimisers if name not in DISCRIMINATORS.values())
+        self._players = tuple(name for name in self.optimizers if name not in DISCRIMINATORS.values())
         self.released = tuple(name for name in self._players if name != "q_canonical")
         known = dict(zip(("camera", "validation_camera"), map(asdict, cameras), strict=True))
         pairs = {"translate": asdict(translate)} if cfg.loss.paired > 0 else {}
         network, heads = to_canonical(cfg, translate)
         shape = {"network": asdict(network), "heads": heads} if cfg.way_back else {}
         self.configuration = {"adapt": asdict(cfg), "policy": asdict(self._policy["q_real"])} | pairs | known | shape
-        self.normalisation = {"size": recorded.size, "depth_range": list(depth_range)}
+        self.normalization = {"size": recorded.size, "depth_range": list(depth_range)}
 
-    def _optimiser(self, name: str, network: nn.Module) -> torch.optim.AdamW:
+    def _optimizer(self, name: str, network: nn.Module) -> torch.optim.AdamW:
         cfg = self._cfg
         if name.startswith("q_"):
             return adamw(network, cfg.training, cfg.q_learning_rate)
@@ -104,12 +104,12 @@ class Adaptation(Method):
         if cfg.paired > 0:
             terms["paired"] = self._paired(batch, step)
         terms |= self._values(batch, x, y, made, step)
-        step.optimise(self._weighted(terms), *self._players)
+        step.optimize(self._weighted(terms), *self._players)
         for name, truth, fake in (("real_discriminator", y, "x_real"), ("canonical_discriminator", x, "y_canonical")):
             if name in networks:
                 scores = (networks[name](picture) for picture in (truth, made[fake].detach()))
                 terms[name] = discrimination(cfg.adversarial_form, *scores)
-                step.optimise(terms[name], name)
+                step.optimize(terms[name], name)
         return terms
 
     def _translate(self, x: Tensor, y: Tensor) -> Batch:
@@ -144,7 +144,7 @@ class Adaptation(Method):
         return terms
 
     def _paired(self, batch: Batch, step: Step) -> Tensor:
-        """The translator's own loss, on randomised pictures of the scenes through the training camera."""
+        """The translator's own loss, on randomized pictures of the scenes through the training camera."""
         count, size = batch["canonical"].shape[:2]
         parameters = self._training_camera.sample(count, step.generator, size, size)
         source, target = self._pairs(batch, self._training_camera, parameters)

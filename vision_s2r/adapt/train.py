@@ -50,7 +50,7 @@ def train_adapted(
         raise UserError(
             f"views of {views.size} px, recorded pictures of {recorded.size} px: expected the same multiple of {stride}"
         )
-    pairs = (*needed(translate), "randomised") if cfg.loss.paired > 0 else ()
+    pairs = (*needed(translate), "randomized") if cfg.loss.paired > 0 else ()
     for part, source, names in (("training", views, (*TRAINING, *pairs)), ("validation", validation, VALIDATION)):
         require(part, source, names)
     method = partial(Adaptation, cfg, translate, recorded, cameras, validation.margin, depth_range(views))
@@ -84,5 +84,5 @@ def _save(
         if network in names:
             tensors[f"{names[network]}.{rest}"] = value
     checkpoint.save(
-        path, checkpoint.Checkpoint(kind, configuration, found.normalisation, found.training, tensors, path)
+        path, checkpoint.Checkpoint(kind, configuration, found.normalization, found.training, tensors, path)
     )

@@ -25,5 +25,5 @@ def to_coded(linear: Tensor) -> Tensor:
 
 
 def _power(base: Tensor, exponent: float) -> Tensor:
-    """base ^ exponent for positive bases; log and exp are vectorised better than pow."""
+    """base ^ exponent for positive bases; log and exp are vectorized better than pow."""
     return base.log().mul_(exponent).exp_()

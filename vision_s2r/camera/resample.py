@@ -36,7 +36,7 @@ def interpolation_weight(distance: Tensor, interpolation: Interpolation) -> Tens
 def convolve(images: Tensor, kernels: Tensor) -> Tensor:
     """Pictures [B, C, h, w], each under its own of the point-symmetric `kernels` [B, K, K], K odd.
 
-    Kernels are normalised to a sum of 1; the pictures' edges repeat.
+    Kernels are normalized to a sum of 1; the pictures' edges repeat.
     """
     batch, channels = images.shape[:2]
     size = kernels.shape[-1]

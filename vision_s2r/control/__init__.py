@@ -9,13 +9,14 @@ Stable-Baselines3, `track` runs any controller on any machines. The commands of 
 import gymnasium
 
 from vision_s2r.control.environment import SpeedTracking
-from vision_s2r.control.machines import Drawn, Given, Machines, Widening
+from vision_s2r.control.machines import AdrRanges, Drawn, Given, Machines
 from vision_s2r.control.policy import OpenLoop, Policy
 from vision_s2r.control.single import OneJoint
 from vision_s2r.control.tracking import track
 from vision_s2r.control.training import train
 
 __all__ = [
+    "AdrRanges",
     "Drawn",
     "Given",
     "Machines",
@@ -23,7 +24,6 @@ __all__ = [
     "OpenLoop",
     "Policy",
     "SpeedTracking",
-    "Widening",
     "track",
     "train",
 ]

@@ -1,4 +1,4 @@
-"""The experiment: what each randomisation is worth, one frozen at a time (Peng et al., ICRA 2018, Table III)."""
+"""The experiment: what each randomization is worth, one frozen at a time (Peng et al., ICRA 2018, Table III)."""
 
 import json
 from dataclasses import replace
@@ -17,11 +17,11 @@ from vision_s2r.control.trials import show, summary, tried
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.randomize import sample_at
 
-ALL, NONE = "everything randomised", "nothing randomised"
+ALL, NONE = "everything randomized", "nothing randomized"
 
 
 def ablate(cfg: ControlConfig) -> Path:
-    """Train with everything randomised, each group frozen in turn, and nothing; try all on reality's machines.
+    """Train with everything randomized, each group frozen in turn, and nothing; try all on reality's machines.
 
     ablate.json has a row for each: `reached`, `targets` and `error` as in follow.json. Returns the picture's path.
     """
@@ -44,13 +44,13 @@ def ablate(cfg: ControlConfig) -> Path:
 
 
 def frozen(cfg: ControlConfig) -> dict[str, PolicyConfig]:
-    """The policies, by what they are trained with; UserError for a group with effects that are not randomised."""
+    """The policies, by what they are trained with; UserError for a group with effects that are not randomized."""
     effects = cfg.ablation.policy.effects
     policies = {ALL: cfg.ablation.policy}
     for name, group in cfg.ablation.groups.items():
         for effect in group:
             if effect not in effects:
-                raise UserError(f"ablation group '{name}': {effect} is not randomised, {nearest(effect, effects)}")
+                raise UserError(f"ablation group '{name}': {effect} is not randomized, {nearest(effect, effects)}")
         left = {effect: given for effect, given in effects.items() if effect not in group}
         policies[f"{name} frozen"] = replace(cfg.ablation.policy, effects=left)
     return {**policies, NONE: replace(cfg.ablation.policy, effects={})}

@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from vision_s2r.control.config import JointConfig, TaskConfig, held_samples
+from vision_s2r.control.config import ControlTaskConfig, JointConfig, held_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.environment import SCALES, SpeedTracking
 from vision_s2r.control.machines import Drawn
@@ -24,20 +24,20 @@ from vision_s2r.randomize import Box
 
 JOINTS = (1, 256, 4096, 16384)
 DAMPING, FRICTION = (0.08, 0.20), (0.01, 0.06)
-RANDOMISED: dict[str, dict[str, Any]] = {
+RANDOMIZED: dict[str, dict[str, Any]] = {
     "viscous_damping": {"value": list(DAMPING)},
     "coulomb_friction": {"value": list(FRICTION)},
 }
-PLAY = {**RANDOMISED, "backlash": {"width": [0.01, 0.05]}, "latency": {"delay": [0.0, 0.02]}}
+PLAY = {**RANDOMIZED, "backlash": {"width": [0.01, 0.05]}, "latency": {"delay": [0.0, 0.02]}}
 ROUNDS = 5
 SECONDS = 0.5  # of each way, a round
 REFERENCE = "Python loop, 1 joint"
 
 
-class Loop(gymnasium.Env[np.ndarray, np.ndarray]):
+class OneJointEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     """The plain loop: semi-implicit Euler by 2 ms, friction clamped to what stops the joint, damping drawn anew."""
 
-    def __init__(self, task: TaskConfig) -> None:
+    def __init__(self, task: ControlTaskConfig) -> None:
         self.task, self.joint = task, JointConfig()
         self.observation_space = spaces.Box(-np.inf, np.inf, (2,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
@@ -77,7 +77,7 @@ def run(seed: int) -> dict[str, float]:
     """Measure and print; returns environment steps a second of each way, medians over rounds."""
     ways: dict[str, Callable[[], float]] = {REFERENCE: lambda: _loop(seed)}
     for count in JOINTS:
-        ways[f"ours, {count:,} joints"] = _ours(count, RANDOMISED, seed)
+        ways[f"ours, {count:,} joints"] = _ours(count, RANDOMIZED, seed)
     ways[f"ours, {JOINTS[-1]:,} joints, with play and latency"] = _ours(JOINTS[-1], PLAY, seed)
     for way in ways.values():
         way()  # compiles
@@ -92,7 +92,7 @@ def run(seed: int) -> dict[str, float]:
 
 def _ours(count: int, effects: dict[str, dict[str, Any]], seed: int) -> Callable[[], float]:
     machines = Drawn(Box.of(effects, CONTROL_EFFECTS))
-    environment = SpeedTracking(TaskConfig(), Nominal(**vars(JointConfig())), machines, count, seed=seed)
+    environment = SpeedTracking(ControlTaskConfig(), Nominal(**vars(JointConfig())), machines, count, seed=seed)
     environment.reset(seed=seed)
     actions = np.random.default_rng(seed).uniform(-1, 1, (64, count, 1)).astype(np.float32)
 
@@ -107,7 +107,7 @@ def _ours(count: int, effects: dict[str, dict[str, Any]], seed: int) -> Callable
 
 
 def _loop(seed: int) -> float:
-    environment = Loop(TaskConfig())
+    environment = OneJointEnv(ControlTaskConfig())
     environment.reset(seed=seed)
     actions = np.random.default_rng(seed).uniform(-1, 1, (64, 1)).astype(np.float32)
     start, steps = time.perf_counter(), 0

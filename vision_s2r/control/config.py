@@ -19,7 +19,7 @@ class JointConfig:
 
 
 @dataclass
-class TaskConfig:
+class ControlTaskConfig:
     """Speed tracking: an episode is a row of target speeds, each held for a while."""
 
     sample_time: float = 0.01
@@ -33,7 +33,7 @@ class TaskConfig:
 
 
 @dataclass
-class TrainingConfig:
+class ControlTrainingConfig:
     """PPO."""
 
     envs: int = 256
@@ -70,8 +70,8 @@ class DriftConfig:
 
 
 @dataclass
-class AblationConfig:
-    """One randomisation frozen at a time."""
+class ControlAblationConfig:
+    """One randomization frozen at a time."""
 
     policy: PolicyConfig = field(default_factory=PolicyConfig)
     groups: dict[str, list[str]] = field(default_factory=dict)
@@ -82,8 +82,8 @@ class AblationConfig:
 
 
 @dataclass
-class WideningConfig:
-    """Ranges that widen by themselves, against hand-picked ones."""
+class ControlAdrConfig:
+    """Ranges that adr by themselves, against hand-picked ones."""
 
     history: int = 8
     steps: int = 6_000_000
@@ -114,13 +114,13 @@ class ControlConfig:
     jobs: int = 2
     nominal: JointConfig = field(default_factory=JointConfig)
     truth: dict[str, dict[str, Any]] = field(default_factory=dict)
-    task: TaskConfig = field(default_factory=TaskConfig)
-    training: TrainingConfig = field(default_factory=TrainingConfig)
+    task: ControlTaskConfig = field(default_factory=ControlTaskConfig)
+    training: ControlTrainingConfig = field(default_factory=ControlTrainingConfig)
     policies: dict[str, PolicyConfig] = field(default_factory=dict)
     payloads: list[float] = field(default_factory=lambda: [1.0])
     drift: DriftConfig = field(default_factory=DriftConfig)
-    ablation: AblationConfig = field(default_factory=AblationConfig)
-    widening: WideningConfig = field(default_factory=WideningConfig)
+    ablation: ControlAblationConfig = field(default_factory=ControlAblationConfig)
+    adr: ControlAdrConfig = field(default_factory=ControlAdrConfig)
 
 
 def check(cfg: ControlConfig) -> None:
@@ -144,11 +144,11 @@ def check(cfg: ControlConfig) -> None:
         raise UserError("expected seeds, jobs and task.targets of 1 or more, and seed of 0 or more")
 
 
-def held_samples(task: TaskConfig) -> int:
+def held_samples(task: ControlTaskConfig) -> int:
     """Samples for which a target is held."""
     return round(task.hold / task.sample_time)
 
 
-def episode_samples(task: TaskConfig) -> int:
+def episode_samples(task: ControlTaskConfig) -> int:
     """Samples of an episode."""
     return task.targets * held_samples(task)

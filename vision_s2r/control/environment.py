@@ -1,4 +1,4 @@
-"""Speed tracking on randomised joints: a Gymnasium vector environment on the compiled simulator."""
+"""Speed tracking on randomized joints: a Gymnasium vector environment on the compiled simulator."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from vision_s2r.control.config import TaskConfig, held_samples
+from vision_s2r.control.config import ControlTaskConfig, held_samples
 from vision_s2r.control.effects import LOOP_EFFECTS
 from vision_s2r.control.machines import Machines
 from vision_s2r.joint import Joints, Nominal, pack_many
@@ -40,7 +40,7 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 (Gymnasium's)
 
     def __init__(
-        self, task: TaskConfig, nominal: Nominal, machines: Machines, count: int, history: int = 0, seed: int = 0
+        self, task: ControlTaskConfig, nominal: Nominal, machines: Machines, count: int, history: int = 0, seed: int = 0
     ) -> None:
         self.task, self.nominal, self.machines, self.history = task, nominal, machines, history
         self.num_envs = count

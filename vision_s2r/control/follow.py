@@ -1,4 +1,4 @@
-"""The experiment: what randomised training is worth in reality, where the simulator is wrong."""
+"""The experiment: what randomized training is worth in reality, where the simulator is wrong."""
 
 import json
 from collections.abc import Mapping

@@ -6,7 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from vision_s2r.randomize import AutomaticRandomisation, Box, Posterior
+from vision_s2r.randomize import AutomaticDomainRandomization, Box, Posterior
 
 Values = Mapping[str, Mapping[str, np.ndarray]]
 
@@ -104,8 +104,8 @@ class Drawn(Given):
         return self.distribution.sample(count, rng)
 
 
-class Widening:
-    """Machines from ranges that widen by themselves.
+class AdrRanges:
+    """Machines from ranges that adr by themselves.
 
     `evaluate(policy, machines, seed)` says how many targets a policy reaches on each of the machines [N]; after every
     `every` updates, up to the `last`, it is asked about `count` draws, half of them at a boundary. `history` has a line
@@ -114,7 +114,7 @@ class Widening:
     """
 
     def __init__(
-        self, automatic: AutomaticRandomisation, evaluate: Evaluate, count: int, every: int, last: int
+        self, automatic: AutomaticDomainRandomization, evaluate: Evaluate, count: int, every: int, last: int
     ) -> None:
         self.automatic, self.evaluate, self.count, self.every, self.last = automatic, evaluate, count, every, last
         self.described = {

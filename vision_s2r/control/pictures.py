@@ -66,7 +66,7 @@ def _bars(axes: Axes, table: dict[str, dict[str, Any]], rows: list[str], title: 
 
 
 def ablate(path: Path, rows: dict[str, Any]) -> Path:
-    """Targets reached in reality by what was randomised in training."""
+    """Targets reached in reality by what was randomized in training."""
     figure = Figure(figsize=(9, 0.5 * len(rows) + 1), layout="constrained")
     axes = figure.subplots()
     value = np.array([100 * row["reached"]["value"] for row in rows.values()])
@@ -80,7 +80,7 @@ def ablate(path: Path, rows: dict[str, Any]) -> Path:
     return write_figure(path, figure, DPI)
 
 
-def widen(path: Path, found: dict[str, Any]) -> Path:
+def adr(path: Path, found: dict[str, Any]) -> Path:
     """Entropy and coverage over training, the ranges in the end, and what both policies reach."""
     figure = Figure(figsize=(13, 7.5), layout="constrained")
     grid = figure.subplots(2, 2)

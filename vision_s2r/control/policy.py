@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from torch import nn
 
-from vision_s2r.control.config import TaskConfig
+from vision_s2r.control.config import ControlTaskConfig
 from vision_s2r.control.environment import observation_size
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal
@@ -22,7 +22,7 @@ class OpenLoop:
 
     history = 0
 
-    def __init__(self, nominal: Nominal, task: TaskConfig) -> None:
+    def __init__(self, nominal: Nominal, task: ControlTaskConfig) -> None:
         self.nominal, self.task = nominal, task
 
     def act(self, seen: np.ndarray) -> np.ndarray:
@@ -48,7 +48,7 @@ class Policy:
         return np.clip(seen @ weight + bias, -1, 1)
 
     @classmethod
-    def load(cls, path: str | Path, task: TaskConfig) -> "Policy":
+    def load(cls, path: str | Path, task: ControlTaskConfig) -> "Policy":
         """A policy for this task.
 
         Raises UserError for a file that is no controller, or one made for another task or another observation.
@@ -70,19 +70,21 @@ def network_of(history: int, hidden: list[int]) -> nn.Sequential:
     return nn.Sequential(*layers, nn.Linear(sizes[-1], 1))
 
 
-def save(path: Path, network: nn.Sequential, task: TaskConfig, history: int, hidden: list[int], facts: Any) -> None:
+def save(
+    path: Path, network: nn.Sequential, task: ControlTaskConfig, history: int, hidden: list[int], facts: Any
+) -> None:
     """Write a policy; `facts` say how it was trained."""
     configuration = {"task": _units(task), "history": history, "hidden": list(hidden)}
     tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
     checkpoint.save(path, checkpoint.Checkpoint(KIND, configuration, {}, facts, tensors))
 
 
-def _units(task: TaskConfig) -> dict[str, float]:
+def _units(task: ControlTaskConfig) -> dict[str, float]:
     """What observations and actions are measured in."""
     return {name: value for name, value in asdict(task).items() if name in ("sample_time", "highest", "max_current")}
 
 
-def _same_task(loaded: checkpoint.Checkpoint, task: TaskConfig) -> None:
+def _same_task(loaded: checkpoint.Checkpoint, task: ControlTaskConfig) -> None:
     has, wants = loaded.configuration.get("task", {}), _units(task)
     for name, value in wants.items():
         if has.get(name) != value:

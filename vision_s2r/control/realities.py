@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.control.config import ControlConfig, TaskConfig
+from vision_s2r.control.config import ControlConfig, ControlTaskConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.randomize import effect_ranges
@@ -27,9 +27,9 @@ class Reality:
 
 
 def realities(cfg: ControlConfig) -> list[Reality]:
-    """Reality as it is, each end of the randomised ranges, other payloads, and each unmodelled effect beside."""
+    """Reality as it is, each end of the randomized ranges, other payloads, and each unmodelled effect beside."""
     found = [Reality("reality", cfg.truth, EPISODES)]
-    found += [edges(cfg)] if "randomised" in cfg.policies else []
+    found += [edges(cfg)] if "randomized" in cfg.policies else []
     for payload in cfg.payloads:
         heavier = {**cfg.truth, "inertia": {"value": payload * cfg.nominal.inertia}}
         found.append(Reality(f"inertia × {payload:g}", heavier, EPISODES))
@@ -40,8 +40,8 @@ def realities(cfg: ControlConfig) -> list[Reality]:
 
 
 def edges(cfg: ControlConfig) -> Reality:
-    """Every corner of the box that the randomised policy was trained in, EPISODES times."""
-    drawn = effect_ranges(cfg.policies["randomised"].effects, CONTROL_EFFECTS)
+    """Every corner of the box that the randomized policy was trained in, EPISODES times."""
+    drawn = effect_ranges(cfg.policies["randomized"].effects, CONTROL_EFFECTS)
     ends = {(name, key): list(each) for name, given in drawn.items() for key, each in given.ranges.items()}
     corners = np.repeat(np.array(list(product(*ends.values())), float), EPISODES, axis=0)
     found: dict[str, dict[str, np.ndarray]] = {}
@@ -50,7 +50,7 @@ def edges(cfg: ControlConfig) -> Reality:
     return Reality("edges of the ranges", found, len(corners))
 
 
-def targets(task: TaskConfig, count: int, seed: int) -> np.ndarray:
+def targets(task: ControlTaskConfig, count: int, seed: int) -> np.ndarray:
     """Target speeds [count, T], the same for every controller; of another random stream than training's."""
     rng = np.random.default_rng([seed, 1])
     return rng.uniform(task.lowest, task.highest, (count, task.targets)) * rng.choice([-1, 1], (count, task.targets))

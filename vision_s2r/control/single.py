@@ -5,7 +5,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from vision_s2r.control.config import JointConfig, TaskConfig
+from vision_s2r.control.config import ControlTaskConfig, JointConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Given, Machines
 from vision_s2r.joint import Nominal
@@ -16,13 +16,13 @@ class OneJoint(gymnasium.Env[np.ndarray, np.ndarray]):
 
     def __init__(
         self,
-        task: TaskConfig | None = None,
+        task: ControlTaskConfig | None = None,
         nominal: Nominal | None = None,
         machines: Machines | None = None,
         history: int = 0,
     ) -> None:
         nominal = nominal or Nominal(**vars(JointConfig()))
-        self._joint = SpeedTracking(task or TaskConfig(), nominal, machines or Given({}), 1, history)
+        self._joint = SpeedTracking(task or ControlTaskConfig(), nominal, machines or Given({}), 1, history)
         self.observation_space = self._joint.single_observation_space
         self.action_space = self._joint.single_action_space
 

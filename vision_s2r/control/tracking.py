@@ -2,14 +2,19 @@
 
 import numpy as np
 
-from vision_s2r.control.config import TaskConfig, episode_samples
+from vision_s2r.control.config import ControlTaskConfig, episode_samples
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Controller, Machines
 from vision_s2r.joint import Nominal
 
 
 def track(
-    controller: Controller, task: TaskConfig, nominal: Nominal, machines: Machines, targets: np.ndarray, seed: int = 0
+    controller: Controller,
+    task: ControlTaskConfig,
+    nominal: Nominal,
+    machines: Machines,
+    targets: np.ndarray,
+    seed: int = 0,
 ) -> np.ndarray:
     """Errors [N, T] of an episode of targets [N, T] (rad/s) on N machines: relative to the target, signed.
 

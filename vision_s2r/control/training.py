@@ -14,7 +14,7 @@ from torch import nn
 from vision_s2r import files
 from vision_s2r.control import policy as policies
 from vision_s2r.control.adapter import Adapter
-from vision_s2r.control.config import TaskConfig, TrainingConfig
+from vision_s2r.control.config import ControlTaskConfig, ControlTrainingConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Machines
 from vision_s2r.errors import UserError
@@ -30,11 +30,11 @@ LEAST_RATE = 0.02  # of the learning rate, at the end: the last bit of accuracy 
 
 @one_thread()
 def train(
-    task: TaskConfig,
+    task: ControlTaskConfig,
     nominal: Nominal,
     machines: Machines,
     history: int,
-    training: TrainingConfig,
+    training: ControlTrainingConfig,
     out: Path,
     seed: int,
 ) -> Path:
@@ -76,7 +76,7 @@ def machines_of(out: Path) -> dict[str, Any]:
     return state
 
 
-def _model(environment: Adapter, training: TrainingConfig, seed: int) -> PPO:
+def _model(environment: Adapter, training: ControlTrainingConfig, seed: int) -> PPO:
     def rate(left: float) -> float:
         return training.learning_rate * min(max(left / training.decay, LEAST_RATE), 1.0)
 
@@ -122,7 +122,7 @@ class _Progress(BaseCallback):
             return
         state = checkpoint.load_state(path)
         model.policy.load_state_dict(state["policy"])
-        model.policy.optimizer.load_state_dict(state["optimiser"])
+        model.policy.optimizer.load_state_dict(state["optimizer"])
         model.num_timesteps = self.saved_at = state["steps"]
         torch.set_rng_state(state["torch"])
         np.random.set_state(state["numpy"])  # noqa: NPY002 (Stable-Baselines3 draws from it)
@@ -149,7 +149,7 @@ class _Progress(BaseCallback):
             self.out / STATE,
             {
                 "policy": policy.state_dict(),
-                "optimiser": policy.optimizer.state_dict(),
+                "optimizer": policy.optimizer.state_dict(),
                 "steps": self.num_timesteps,
                 "torch": torch.get_rng_state(),
                 "numpy": {**numpy, "state": {**numpy["state"], "key": numpy["state"]["key"].tolist()}},

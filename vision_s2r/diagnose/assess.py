@@ -7,20 +7,20 @@ from typing import Any
 import joblib
 import numpy as np
 
-from vision_s2r.diagnose.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.diagnose.config import SearchConfig
-from vision_s2r.diagnose.statistics import lower_bound
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.statistics import lower_bound
 
 
 @dataclass(frozen=True)
 class Assessment:
-    """A set of effects, fitted on all units and, for the score, on all but the fold in hand."""
+    """A set of effects, fitted on all segments and, for the score, on all but the fold in hand."""
 
     names: Names
-    hypothesis: Hypothesis  # fitted on all units
-    folds: tuple[Hypothesis, ...]  # fitted without the units of each fold
+    hypothesis: Hypothesis  # fitted on all segments
+    folds: tuple[Hypothesis, ...]  # fitted without the segments of each fold
     loglik: np.ndarray  # [blocks] nats, held out
-    excess: np.ndarray  # [units], held out
+    excess: np.ndarray  # [segments], held out
 
     @property
     def score(self) -> float:
@@ -31,7 +31,7 @@ class Assessment:
     def rest(self) -> float:
         """Excess over the floor, in units of the noise's variance; about 0 where nothing is left.
 
-        The geometric mean over units: one in which something else goes wrong does not drown the others.
+        The geometric mean over segments: one in which something else goes wrong does not drown the others.
         """
         return float(np.exp(np.log(self.excess.clip(1e-12)).mean())) - 1
 
@@ -55,7 +55,7 @@ class Assessor:
         self._fitted: dict[Names, tuple[Hypothesis, float]] = {}
         self._assessed: dict[Names, Assessment] = {}
         self.folds = [
-            tuple(range(k, case.units, min(cfg.folds, case.units))) for k in range(min(cfg.folds, case.units))
+            tuple(range(k, case.segments, min(cfg.folds, case.segments))) for k in range(min(cfg.folds, case.segments))
         ]
 
     @property
@@ -64,7 +64,7 @@ class Assessor:
         return self._assessed
 
     def fit(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> dict[Names, float]:
-        """In-sample log-likelihood (nats) of sets, each fitted to all units from a start; for ranking only.
+        """In-sample log-likelihood (nats) of sets, each fitted to all segments from a start; for ranking only.
 
         A set that was fitted before is fitted again where the start turns out to be likelier than its fit.
         """
@@ -128,27 +128,27 @@ class Assessor:
         if start is fitted:
             return False
         values = {name: value for name, value in start.values.items() if name in names}
-        extra = {key: value for key, value in start.extra.items() if key not in self.case.decoys or key in names}
+        extra = {key: value for key, value in start.extra.items() if key not in self.case.discrepancies or key in names}
         return self._loglik(Hypothesis(values, extra)) > loglik + self.cfg.evidence
 
     def _loglik(self, hypothesis: Hypothesis) -> float:
-        return float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, range(self.case.units))))
+        return float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, range(self.case.segments))))
 
     def _fit(self, names: Names, start: Hypothesis) -> tuple[Hypothesis, float]:
-        hypothesis = self.case.fit(names, range(self.case.units), start)
+        hypothesis = self.case.fit(names, range(self.case.segments), start)
         return hypothesis, self._loglik(hypothesis)
 
     def _hold_out(self, names: Names) -> Assessment:
         case, whole = self.case, self._fitted[names][0]
         loglik: dict[int, np.ndarray] = {}
-        excess = np.empty(case.units)
+        excess = np.empty(case.segments)
         folds = []
         for held in self.folds:
-            fitted = case.fit(names, [unit for unit in range(case.units) if unit not in held], whole)
+            fitted = case.fit(names, [segment for segment in range(case.segments) if segment not in held], whole)
             folds.append(fitted)
             loglik |= dict(zip(held, case.loglik(fitted, held), strict=True))
             excess[list(held)] = case.excess(fitted, held)
-        blocks = np.concatenate([loglik[unit] for unit in range(case.units)])
+        blocks = np.concatenate([loglik[segment] for segment in range(case.segments)])
         return Assessment(names, whole, tuple(folds), blocks, excess)
 
     def _parallel(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:

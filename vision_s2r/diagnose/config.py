@@ -1,12 +1,12 @@
 """The configuration of a diagnosis, as configs/diagnose.yaml has it."""
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
+from vision_s2r.recording.folders import folders
 
 
 @dataclass
@@ -22,7 +22,7 @@ class SearchConfig:
     adequate: float = 0.10  # an excess over the floor up to this is none
     tolerance: float = 0.05  # … nor is one of up to this share of what the nominal simulator leaves
     most: int = 5  # effects named at most
-    folds: int = 5  # of units, held out in turn
+    folds: int = 5  # of segments, held out in turn
     beam: int = 3  # sets that are grown at each size
     breadth: int = 12  # effects tried on each of them, the most promising by the screen
     contenders: int = 4  # grown sets that are held out
@@ -55,31 +55,6 @@ def check(cfg: DiagnoseConfig) -> None:
     folders(cfg.recording)
     if cfg.jobs < 1:
         raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
-
-
-def folders(recording: Any) -> list[Path]:
-    """The folders that a `recording` key names, one or a list; UserError where there is none."""
-    given = [recording] if isinstance(recording, str) else recording
-    if not isinstance(given, list) or not given or not all(isinstance(each, str) and each for each in given):
-        raise UserError(f"recording is {recording!r}, expected recording=DIR or recording=[DIR,DIR]")
-    return [Path(each) for each in given]
-
-
-def outputs(out: str, folders: list[Path]) -> list[Path]:
-    """The folder for what comes of each of `folders`: `out` itself, or one of its name in `out` where there are more.
-
-    Raises UserError where one is there twice.
-    """
-    return [Path(out) / name for name in _names(folders)] if len(folders) > 1 else [Path(out)]
-
-
-def _names(folders: list[Path]) -> list[str]:
-    """A name for each folder: its own, with as many of its parents as tell it from the others."""
-    for depth in range(1, max(len(folder.resolve().parts) for folder in folders) + 1):
-        names = ["-".join(folder.resolve().parts[-depth:]).strip("/") for folder in folders]
-        if len(set(names)) == len(names):
-            return names
-    raise UserError(f"recording: the same folder twice among {', '.join(map(str, folders))}")
 
 
 ConfigStore.instance().store("diagnose_schema", node=DiagnoseConfig)

@@ -13,20 +13,21 @@ import joblib
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.assess import Assessor
-from vision_s2r.diagnose.camera import CameraCase
-from vision_s2r.diagnose.case import Case
-from vision_s2r.diagnose.config import DiagnoseConfig, check, folders, outputs
-from vision_s2r.diagnose.html import figures, write_html
-from vision_s2r.diagnose.joint import JointCase
-from vision_s2r.diagnose.patch import write_patch
+from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Found, Search
-from vision_s2r.diagnose.unpaired import UnpairedCase
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.fit.camera import CameraCase
+from vision_s2r.fit.case import Case
+from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.unpaired import UnpairedCase
 from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, Recording, read
+from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.report import figures, write_html
 
 log = logging.getLogger(__name__)
 

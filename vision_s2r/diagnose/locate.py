@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.diagnose.case import Axis, Samples
-from vision_s2r.diagnose.statistics import interval
+from vision_s2r.fit.case import Axis, Samples
+from vision_s2r.statistics import interval
 
 LIFT = 1.3  # a place is worth naming where it holds so many times its share of the samples
 LEAST = 0.05  # … and this share of the gap
@@ -43,10 +43,10 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[tuple[float, dict[
 
 
 def _sums(samples: Samples, axis: Axis) -> tuple[np.ndarray, np.ndarray]:
-    """Squared error over the floor, and number of samples, by unit and bin [units, bins]."""
-    units = int(samples.unit.max()) + 1 if len(samples.unit) else 0
+    """Squared error over the floor, and number of samples, by segment and bin [segments, bins]."""
+    segments = int(samples.segment.max()) + 1 if len(samples.segment) else 0
     inside = axis.bins >= 0
-    flat = samples.unit[inside] * len(axis.labels) + axis.bins[inside]
-    size = units * len(axis.labels)
+    flat = samples.segment[inside] * len(axis.labels) + axis.bins[inside]
+    size = segments * len(axis.labels)
     over = np.bincount(flat, (samples.error - samples.floor)[inside], size)
-    return over.reshape(units, -1), np.bincount(flat, minlength=size).reshape(units, -1)
+    return over.reshape(segments, -1), np.bincount(flat, minlength=size).reshape(segments, -1)

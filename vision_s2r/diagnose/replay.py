@@ -11,15 +11,15 @@ import joblib
 import numpy as np
 from hydra.core.config_store import ConfigStore
 
-from vision_s2r.diagnose import pictures
-from vision_s2r.diagnose.case import Values
-from vision_s2r.diagnose.config import folders, outputs
-from vision_s2r.diagnose.reading import diagnosed, read_report, values
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.fit.camera import pictures
+from vision_s2r.fit.case import Values
+from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.progress import tracked
 from vision_s2r.recording import CameraRecording, JointRecording, Recording, read
+from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.report.reading import diagnosed, read_report, values
 
 FORMAT = "vision-s2r/replay/1"
 COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k in ("measured", "before", "after")))
@@ -71,22 +71,6 @@ def replay(recording: Recording, effects: Values, out: Path, seed: int = 0) -> d
     if isinstance(recording, JointRecording):
         return result | _replay_joint(recording, effects, out)
     return result | _replay_camera(recording, effects, out, seed)
-
-
-def free_run(recording: JointRecording, effects: Values) -> np.ndarray:
-    """Position and velocity [E, T, 2] of a simulation that only knows the commands and each episode's first row."""
-    machine = pack(Nominal(**recording.nominal), effects)[None]
-    return simulate(machine, recording.command, recording.first, recording.sample_time, lengths=recording.lengths)[0]
-
-
-def measured(recording: JointRecording) -> np.ndarray:
-    """Position and velocity [E, T, 2]; a velocity that was not recorded is the position's central difference."""
-    velocity = recording.velocity
-    if velocity is None:
-        velocity = np.full_like(recording.position, np.nan)
-        for k, length in enumerate(recording.lengths):
-            velocity[k, :length] = np.gradient(recording.position[k, :length], recording.sample_time)
-    return np.stack([recording.position, velocity], axis=-1)
 
 
 def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict[str, Any]:

@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.diagnose.case import Case, Names
-from vision_s2r.diagnose.gap import Gap, Share, measure, shapley
 from vision_s2r.diagnose.locate import where
-from vision_s2r.diagnose.reading import FORMAT
 from vision_s2r.diagnose.search import Found
+from vision_s2r.diagnose.shares import measure, shapley
+from vision_s2r.fit.case import Case, Names
+from vision_s2r.fit.gap import Gap, Share
+from vision_s2r.report.reading import FORMAT
 
 ALTERNATIVES = 3
 
@@ -20,7 +21,7 @@ def report(case: Case, assessor: Assessor, found: Found) -> dict[str, Any]:
     parts = shapley(case, assessor, found)
     effects = [_effect(case, assessor, found, gap, name, parts[name]) for name in sorted(found.effects)]
     equivalent = _equivalent(case, assessor, found)
-    silent = {name: why for name, why in case.silent.items() if name not in found.effects}
+    not_excited = {name: why for name, why in case.not_excited.items() if name not in found.effects}
     rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
     return {
         "format": FORMAT,
@@ -33,7 +34,7 @@ def report(case: Case, assessor: Assessor, found: Found) -> dict[str, Any]:
         "candidates": _candidates(case, assessor, found, equivalent),
         "alternatives": _alternatives(case, assessor, found),
         "unexplained": _unexplained(case, assessor, found, gap, parts),
-        "next_experiment": case.experiment(rivals, sorted(silent)),
+        "next_experiment": case.experiment(rivals, sorted(not_excited)),
     }
 
 
@@ -100,9 +101,9 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
     """Sets of no more effects that this recording cannot tell from the found one, the likeliest first."""
     final, library = found.final, frozenset(case.library)
     swaps = [
-        (final.names - {name} | {twin}, final.hypothesis)
+        (final.names - {name} | {rival}, final.hypothesis)
         for name in sorted(found.effects)
-        for twin in sorted(case.twins(name) & library - final.names - frozenset(case.silent))
+        for rival in sorted(case.confusable(name) & library - final.names - frozenset(case.not_excited))
     ]
     swaps += [(names, final.hypothesis) for names in case.simplify(final.names) if len(names) <= len(final.names)]
     rivals = [each for each in assessor.assess(swaps) if each.names != final.names]
@@ -113,7 +114,7 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
 def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment]) -> list[dict[str, Any]]:
     """A line for every effect. What was never tried beside the diagnosis has the evidence of the cheap screen."""
     final = found.final
-    absent = [name for name in case.library if name not in final.names and name not in case.silent]
+    absent = [name for name in case.library if name not in final.names and name not in case.not_excited]
     untried = [name for name in absent if final.names | {name} not in assessor.assessed]
     screened = case.screen(final.hypothesis, untried)
     lines = []
@@ -121,8 +122,8 @@ def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[A
         line: dict[str, Any] = {"name": name, "status": "absent", "evidence": 0.0, "confusable_with": []}
         if name in found.effects:
             line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
-        elif name in case.silent:
-            line |= {"status": "not_excited", "reason": case.silent[name]}
+        elif name in case.not_excited:
+            line |= {"status": "not_excited", "reason": case.not_excited[name]}
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
@@ -141,11 +142,11 @@ def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
 
 def _alternatives(case: Case, assessor: Assessor, found: Found) -> list[dict[str, Any]]:
     """The likeliest other sets of named effects, with their evidence against the simulator as it came."""
-    decoys, plain = frozenset(case.decoys), found.final.names
+    discrepancies, plain = frozenset(case.discrepancies), found.final.names
     others: dict[Names, Assessment] = {}
     for each in assessor.assessed.values():
-        effects = each.names - decoys - case.refitted
-        if each.names & decoys or not effects or effects == plain - decoys - case.refitted:
+        effects = each.names - discrepancies - case.refitted
+        if each.names & discrepancies or not effects or effects == plain - discrepancies - case.refitted:
             continue
         if effects not in others or each.score > others[effects].score:
             others[effects] = each
@@ -172,5 +173,5 @@ def _unexplained(
     return {
         **_share(gap.share(np.asarray(rest))),
         "where": places,
-        "resembles": [case.decoys[name] for name in sorted(found.resembles)],
+        "resembles": [case.discrepancies[name] for name in sorted(found.resembles)],
     }

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.diagnose.case import NOMINAL, Case, Names
+from vision_s2r.fit.case import NOMINAL, Case, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
@@ -14,12 +14,12 @@ MUCH = 0.33  # of the gap: effects that leave no more do much work
 class Found:
     """The end of a search."""
 
-    final: Assessment  # effects and decoys that are needed; other nominal parameters as they came
+    final: Assessment  # effects and discrepancies that are needed; other nominal parameters as they came
     refitted: Assessment  # every nominal parameter refitted, no effect added
     nominal: Assessment  # the simulator as it came
     effects: Names  # named ones
-    unknown: Names  # decoys that were needed: something is there that no effect of the library is
-    resembles: Names  # these, and decoys that would take off something of what is left
+    unknown: Names  # discrepancies that were needed: something is there that no effect of the library is
+    resembles: Names  # these, and discrepancies that would take off something of what is left
     adequate: bool  # nothing beyond noise is left
 
 
@@ -31,8 +31,8 @@ class Search:
         self._certain = frozenset(case.certain)
         self._base = case.refitted | self._certain
         self._effects = frozenset(case.library) - self._base
-        self._decoys = frozenset(case.decoys)
-        self._candidates = [name for name in case.library if name not in self._base and name not in case.silent]
+        self._discrepancies = frozenset(case.discrepancies)
+        self._candidates = [name for name in case.library if name not in self._base and name not in case.not_excited]
 
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
@@ -44,7 +44,7 @@ class Search:
         if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
             challenged, resembles = self._challenge(named, base)
             final = self._restore(challenged)
-        unknown = final.names & self._decoys
+        unknown = final.names & self._discrepancies
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ may be doing its work.
         effects = final.names - unknown - (frozenset() if adequate and not unknown else self._case.refitted)
@@ -87,11 +87,11 @@ class Search:
         return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
 
     def _swap(self, found: Assessment) -> Assessment:
-        """With an effect exchanged for its twin, where that is the likelier of the two."""
+        """With an effect exchanged for its rival, where that is the likelier of the two."""
         swaps = [
-            (found.names - {name} | {twin}, found.hypothesis)
+            (found.names - {name} | {rival}, found.hypothesis)
             for name in sorted(found.names - self._base)
-            for twin in sorted(self._case.twins(name) & frozenset(self._candidates) - found.names)
+            for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
         ]
         return max([found, *self._assessor.assess(swaps)], key=lambda assessment: assessment.score)
 
@@ -123,14 +123,14 @@ class Search:
             found = self._extended(rival if self._simpler(rival, named, base) else named, self._effects)
             hints = found.names
         explained = self._assessor.adequate(found) or self._slight(found)
-        if found.names & self._decoys or not explained:
+        if found.names & self._discrepancies or not explained:
             found = self._unmask(found)
-        return found, hints & self._decoys
+        return found, hints & self._discrepancies
 
     def _beside(self, found: Assessment) -> Assessment:
         """With the likeliest flexible unknown that it has not; as it is where it has them all."""
         more = self._assessor.assess(
-            (found.names | {decoy}, found.hypothesis) for decoy in sorted(self._decoys - found.names)
+            (found.names | {discrepancy}, found.hypothesis) for discrepancy in sorted(self._discrepancies - found.names)
         )
         return max(more, key=lambda assessment: assessment.score, default=found)
 
@@ -155,7 +155,7 @@ class Search:
             if not self._assessor.better(more, found):
                 break
             found = self._shed(more, doubtful)
-            bare = self._assessor.one(found.names - self._decoys, found.hypothesis)
+            bare = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
             if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
                 return bare
         return found
@@ -184,7 +184,7 @@ class Search:
         Where several have to, one effect more, or a torque constant, may say the same with fewer names.
         """
         found = self._shed(found, self._case.refitted)
-        if not found.names & self._decoys:
+        if not found.names & self._discrepancies:
             found = self._shed(found, self._effects | self._case.refitted)
         if len(found.names & self._case.refitted) < 2:
             return found

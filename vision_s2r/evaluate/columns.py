@@ -22,7 +22,7 @@ class Column:
     """One kind of picture: a rendered appearance, through a camera or a perfect one (None)."""
 
     name: str
-    appearance: str  # canonical | randomised | real
+    appearance: str  # canonical | randomized | real
     camera: CameraConfig | None = None
 
 
@@ -53,7 +53,7 @@ def pictures(column: Column, views: Views, seed: int) -> Tensor:
     if column.appearance == "canonical":
         return views.all("canonical")
     source = views.all(column.appearance)
-    if column.appearance == "randomised":
+    if column.appearance == "randomized":
         source = source[:, 0]
     m = views.margin
     if column.camera is None:

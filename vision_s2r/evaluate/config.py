@@ -7,8 +7,8 @@ from typing import Any
 from vision_s2r.errors import UserError, nearest
 
 PICTURES = ("canonical", "source")
-APPEARANCES = ("canonical", "randomised", "real")
-POLICIES = ("canonical", "randomised", "seen")
+APPEARANCES = ("canonical", "randomized", "real")
+POLICIES = ("canonical", "randomized", "seen")
 
 
 @dataclass

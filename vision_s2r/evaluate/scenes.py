@@ -45,7 +45,7 @@ class Scenes:
                 f"{cfg.scenes} shows objects of the split '{split}': a transfer table is of unseen objects, "
                 f"render with scene.objects.split={SPLIT}"
             )
-        for name, key in (("real", "real=true"), ("randomised", "views=1")):
+        for name, key in (("real", "real=true"), ("randomized", "views=1")):
             if name not in views.names:
                 raise UserError(f"{cfg.scenes} holds no {name} pictures: render it with render.{key}")
         _require_same_physics(views, scene_cfg, cfg.scenes)

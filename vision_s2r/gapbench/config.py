@@ -1,11 +1,11 @@
-"""What a sealed benchmark draws and how it is judged."""
+"""What a sealed benchmark draws and how it is scored."""
 
 from dataclasses import dataclass, field
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.gapbench.seal.base import CASES, SPLITS
+from vision_s2r.gapbench.generate.base import CASES, SPLITS
 
-STAGES = ("seal", "judge", "all")
+STAGES = ("generate", "score", "all")
 KINDS = ("joint", "camera")
 
 

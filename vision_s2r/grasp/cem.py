@@ -17,7 +17,7 @@ from vision_s2r.grasp.geometry import wrap
 Score = Callable[[Tensor], Tensor]  # grasps float32 [B, K, 3] to values [B, K]
 
 
-def maximise(
+def maximize(
     score: Score, seeds: list[int], area: list[float], cfg: CemConfig, device: torch.device
 ) -> tuple[Tensor, Tensor]:
     """The best grasps [B, 3] found, and their values [B], one for each seed.

@@ -8,8 +8,8 @@ from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 FORMS = ("crop", "trunk", "dense")
-PICTURES = ("canonical", "randomised", "seen")
-VALIDATION_PICTURES = ("canonical", "randomised", "real", "seen")
+PICTURES = ("canonical", "randomized", "seen")
+VALIDATION_PICTURES = ("canonical", "randomized", "real", "seen")
 
 
 @dataclass
@@ -60,11 +60,11 @@ class GraspConfig:
     width: int = 32  # channels of Q's first layers
     plane_height: float = 0.02  # of the plane on which pictures are measured, over the floor
     area: list[float] = field(default_factory=lambda: [0.115, 0.115])  # grasps are searched in |x| ≤, |y| ≤
-    picture: str = "canonical"  # that Q learns on: canonical | randomised (through the training camera) | seen
+    picture: str = "canonical"  # that Q learns on: canonical | randomized (through the training camera) | seen
     start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
-    translations: float = 0.0  # part of the canonical pictures in training that a translator made of randomised ones
+    translations: float = 0.0  # part of the canonical pictures in training that a translator made of randomized ones
     with_source: bool = False  # Q also sees the picture that the canonical one was made from
-    validate_on: str = "canonical"  # canonical | seen | randomised | real (the last two through the validation camera)
+    validate_on: str = "canonical"  # canonical | seen | randomized | real (the last two through the validation camera)
     front: NetworkConfig | None = None  # a U-Net before Q, trained with it
     rectification: float = 0.0  # weight of the error of where the front's rectifier samples the picture
     negatives: int = 0  # grasps a scene that close on nothing, as failures beside the labelled ones
@@ -106,14 +106,14 @@ def check(cfg: GraspConfig) -> None:
         )
     if cfg.negatives < 0:
         raise UserError(f"grasp.negatives = {cfg.negatives}: expected 0 or more")
-    told = cfg.picture == "randomised" and cfg.front is not None and cfg.front.rectifier > 0
+    told = cfg.picture == "randomized" and cfg.front is not None and cfg.front.rectifier > 0
     if cfg.rectification < 0 or (cfg.rectification and not told):
         raise UserError(
-            f"grasp.rectification = {cfg.rectification}: expected 0 or more, above 0 only with picture=randomised and "
+            f"grasp.rectification = {cfg.rectification}: expected 0 or more, above 0 only with picture=randomized and "
             "a rectifier in front"
         )
-    reads_source = cfg.with_source or cfg.picture == "randomised"
-    looked_at = ("randomised", "real") if reads_source else (cfg.picture,)
+    reads_source = cfg.with_source or cfg.picture == "randomized"
+    looked_at = ("randomized", "real") if reads_source else (cfg.picture,)
     if cfg.validate_on not in looked_at:
         expected = " or ".join(looked_at)
         raise UserError(f"grasp.validate_on = {cfg.validate_on}: expected {expected}, as the policy looks at that")

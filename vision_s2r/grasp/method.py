@@ -15,7 +15,7 @@ from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
 from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.metrics import measure
-from vision_s2r.grasp.q_function import Scores
+from vision_s2r.grasp.q_function import GraspScores
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import POINTS
@@ -24,7 +24,7 @@ from vision_s2r.training.data import require
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
-SOURCES = ("randomised", "real")
+SOURCES = ("randomized", "real")
 Translator = Callable[[Tensor], Tensor]  # float [B, 3, H, W] in [0, 1] to their canonical views, the same
 
 
@@ -32,7 +32,7 @@ class QLearning(Method):
     """Binary cross-entropy on the labels of all grasps of a scene, which share one encoding of its picture.
 
     Q looks at canonical pictures, slightly degraded as a translator's are, or at those that a robot recorded; or at
-    source pictures through a camera (domain randomisation); or at canonical and source pictures.
+    source pictures through a camera (domain randomization); or at canonical and source pictures.
     """
 
     kind = "q_function"
@@ -54,24 +54,24 @@ class QLearning(Method):
         if cfg.start:
             checkpoint.load(cfg.start, self.kind).restore("q_function", network)
         self.networks = {"q_function": network}
-        self.optimisers = {"q_function": adamw(network, cfg.training)}
+        self.optimizers = {"q_function": adamw(network, cfg.training)}
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = asdict(cfg) | cameras
-        self.normalisation = {"size": size}
+        self.normalization = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
         batch = {name: views.batch(name, draw.indices) for name in _read_in_training(self._cfg)}
-        if "randomised" in batch:
-            which = draw.integers(batch["randomised"].shape[1])
-            batch["randomised"] = batch["randomised"][torch.arange(len(which)), which]
+        if "randomized" in batch:
+            which = draw.integers(batch["randomized"].shape[1])
+            batch["randomized"] = batch["randomized"][torch.arange(len(which)), which]
         return batch | _labels(views, draw.indices)
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         canonical = source = None
-        if "randomised" in batch:
-            source, truth = self._seen(batch["randomised"], batch, self._camera, step.generator)
+        if "randomized" in batch:
+            source, truth = self._seen(batch["randomized"], batch, self._camera, step.generator)
             batch = batch | truth
-        if self._cfg.picture in batch and self._cfg.picture != "randomised":
+        if self._cfg.picture in batch and self._cfg.picture != "randomized":
             canonical = to_float(batch[self._cfg.picture])
             if self._translator is not None and source is not None and self._cfg.translations:
                 made = torch.rand(len(canonical), 1, 1, 1, generator=step.generator) < self._cfg.translations
@@ -90,7 +90,7 @@ class QLearning(Method):
             assert scores.displacements is not None
             losses["rectification"] = rectification.loss(scores.displacements, batch["displacements"])
             total = total + self._cfg.rectification * losses["rectification"]
-        step.optimise(total, "q_function")
+        step.optimize(total, "q_function")
         return losses
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
@@ -102,11 +102,11 @@ class QLearning(Method):
         for indices in torch.arange(len(views)).split(CHUNK):
             batch = {name: views.batch(name, indices) for name in _read(self._cfg, self._cfg.validate_on)}
             batch = {name: t.to(self.device) for name, t in (batch | _labels(views, indices)).items()}
-            given = self._cfg.picture != "randomised"
+            given = self._cfg.picture != "randomized"
             canonical = to_float(batch[self._cfg.picture]) if given else None
             source = batch.get(self._cfg.validate_on) if self._cfg.validate_on in SOURCES else None
             if source is not None:
-                source = source[:, 0] if self._cfg.validate_on == "randomised" else source
+                source = source[:, 0] if self._cfg.validate_on == "randomized" else source
                 source, truth = self._seen(source, batch, self._validation_camera, generator)
                 batch |= truth
             batch["images"] = beside(canonical, source)
@@ -119,7 +119,7 @@ class QLearning(Method):
         found = measure(torch.cat(logits), torch.cat(success))
         return found | ({"rectification_error": float(torch.cat(off).mean())} if off else {})
 
-    def _scores(self, batch: Batch) -> Scores:
+    def _scores(self, batch: Batch) -> GraspScores:
         return self.networks["q_function"](*(batch[k] for k in ("images", "intrinsics", "extrinsics", "grasps")))
 
     def _seen(self, source: Tensor, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
@@ -139,8 +139,8 @@ class QLearning(Method):
 
 def pictures(cfg: GraspConfig, source: str) -> list[str]:
     """Names of the pictures that Q looks at, its sources being `source`."""
-    names = [] if cfg.picture == "randomised" else [cfg.picture]
-    return [*names, source] if cfg.with_source or cfg.picture == "randomised" else names
+    names = [] if cfg.picture == "randomized" else [cfg.picture]
+    return [*names, source] if cfg.with_source or cfg.picture == "randomized" else names
 
 
 def _read(cfg: GraspConfig, source: str) -> list[str]:
@@ -152,8 +152,8 @@ def _read(cfg: GraspConfig, source: str) -> list[str]:
 def _read_in_training(cfg: GraspConfig) -> list[str]:
     """All that training reads but for the labels."""
     return [
-        *_read(cfg, "randomised"),
-        *(["randomised"] if cfg.translations else []),
+        *_read(cfg, "randomized"),
+        *(["randomized"] if cfg.translations else []),
         *(["segmentation"] if cfg.negatives else []),
     ]
 

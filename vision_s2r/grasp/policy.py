@@ -93,7 +93,7 @@ class GraspPolicy:
 
     def _search(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, seeds: Tensor) -> tuple[Tensor, Tensor]:
         encoding = self._q.encode(*(t.to(self._device) for t in (images, intrinsics, extrinsics)))
-        return cem.maximise(
+        return cem.maximize(
             lambda grasps: self._q.score(encoding, grasps), seeds.tolist(), self.cfg.area, self.cfg.cem, self._device
         )
 
@@ -128,7 +128,7 @@ def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
     """
     found = checkpoint.load(path, "q_function")
     cfg = configuration(found.configuration, path)
-    size = found.normalisation.get("size")
+    size = found.normalization.get("size")
     if not isinstance(size, int):
         raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
     q_function = build(cfg)

@@ -19,7 +19,7 @@ class Encoding:
     displacements: Tensor | None = None  # of the front's rectifier, where there is one
 
 
-class Scores(NamedTuple):
+class GraspScores(NamedTuple):
     """What `QFunction.forward` gives."""
 
     logits: Tensor  # [B, K]
@@ -30,7 +30,7 @@ class QFunction(nn.Module, ABC):
     """Logits of success for grasps in pictures whose cameras are known.
 
     images float [B, C, H, W] in [0, 1], intrinsics [B, 4], extrinsics [B, 4, 4] (world → camera),
-    grasps [B, K, 3] (x, y, yaw): `forward` gives Scores, the same for yaw and yaw + pi.
+    grasps [B, K, 3] (x, y, yaw): `forward` gives GraspScores, the same for yaw and yaw + pi.
     """
 
     def __init__(self, plane_height: float, front: nn.Module | None):
@@ -65,13 +65,13 @@ class QFunction(nn.Module, ABC):
         features = self.features(2 * images - 1, homography)
         return Encoding(features, homography, (images.shape[-2], images.shape[-1]), displacements)
 
-    def forward(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, grasps: Tensor) -> Scores:
+    def forward(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, grasps: Tensor) -> GraspScores:
         encoding = self.encode(images, intrinsics, extrinsics)
-        return Scores(self.score(encoding, grasps), encoding.displacements)
+        return GraspScores(self.score(encoding, grasps), encoding.displacements)
 
 
 def convolution(inputs: int, outputs: int, stride: int = 1, kernel: int = 3) -> nn.Sequential:
-    """A convolution, a normalisation over groups of channels of each sample alone, a rectifier."""
+    """A convolution, a normalization over groups of channels of each sample alone, a rectifier."""
     return nn.Sequential(
         nn.Conv2d(inputs, outputs, kernel, stride, kernel // 2, bias=False),
         nn.GroupNorm(8, outputs),

@@ -5,9 +5,9 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
-from vision_s2r.diagnose.config import folders
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.recording.folders import folders
 
 EXAMPLES = ("two_point", "emps")
 METHODS = ("forward", "inverse")

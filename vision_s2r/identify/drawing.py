@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 
-from vision_s2r.diagnose.html.drawing import AFTER, BEFORE, FLOOR, INK, canvas, plain, png
 from vision_s2r.joint import Nominal
+from vision_s2r.report.drawing import AFTER, BEFORE, FLOOR, INK, canvas, plain, png
 
 
 def correlations(labels: Sequence[str], matrix: np.ndarray) -> bytes:

@@ -18,7 +18,7 @@ from scipy.stats import norm
 
 from vision_s2r.files import write
 from vision_s2r.identify.config import HoldConfig, IdentifyConfig, InverseConfig
-from vision_s2r.identify.estimate import Estimate, Label
+from vision_s2r.identify.estimate import Label, ParameterEstimates
 from vision_s2r.identify.identify import identify, torque_error
 from vision_s2r.recording import JointRecording
 
@@ -92,7 +92,7 @@ def compare(
     return column
 
 
-def _sum(estimate: Estimate, weights: Mapping[Label, float]) -> dict[str, float]:
+def _sum(estimate: ParameterEstimates, weights: Mapping[Label, float]) -> dict[str, float]:
     weight = np.array([weights.get(label, 0.0) for label in estimate.labels])
     deviation = float(np.sqrt(weight @ estimate.covariance @ weight))
     return {"value": float(weight @ estimate.values), "reach": float(norm.ppf(0.975)) * deviation}

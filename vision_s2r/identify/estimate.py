@@ -5,14 +5,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vision_s2r.diagnose.case import Hypothesis
+from vision_s2r.fit.case import Hypothesis
 
 Label: TypeAlias = tuple[str, str]  # effect, parameter
 Intervals: TypeAlias = dict[str, dict[str, tuple[float, float]]]
 
 
 @dataclass(frozen=True)
-class Estimate:
+class ParameterEstimates:
     """The effects of a joint that were identified."""
 
     hypothesis: Hypothesis

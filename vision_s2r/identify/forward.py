@@ -3,24 +3,24 @@
 The likelihood of the residual of an observer that leaks a little of the measured state, as in the diagnosis.
 """
 
-from vision_s2r.diagnose.case import Hypothesis, Units
-from vision_s2r.diagnose.joint import JointCase
-from vision_s2r.diagnose.joint.uncertainty import covariance
-from vision_s2r.identify.estimate import Estimate
+from vision_s2r.fit.case import Hypothesis, Segments
+from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.uncertainty import covariance
+from vision_s2r.identify.estimate import ParameterEstimates
 
 
 class Forward:
-    """Fits of the effects of `fitted`, which is their fit to all units."""
+    """Fits of the effects of `fitted`, which is their fit to all segments."""
 
     def __init__(self, case: JointCase, fitted: Hypothesis) -> None:
         self._case, self._fitted = case, fitted
 
-    def estimate(self) -> Estimate:
-        """From all units."""
+    def estimate(self) -> ParameterEstimates:
+        """From all segments."""
         scores = self._case.scores(self._fitted)
         labels = tuple((c.effect, c.parameter) for c in scores.space.coordinates)
-        return Estimate(self._fitted, self._case.intervals(self._fitted), labels, covariance(scores))
+        return ParameterEstimates(self._fitted, self._case.intervals(self._fitted), labels, covariance(scores))
 
-    def fit(self, units: Units) -> Hypothesis:
-        """From some units."""
-        return self._case.fit(frozenset(self._fitted.values), units, self._fitted)
+    def fit(self, segments: Segments) -> Hypothesis:
+        """From some segments."""
+        return self._case.fit(frozenset(self._fitted.values), segments, self._fitted)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names
-from vision_s2r.diagnose.html import words
-from vision_s2r.diagnose.joint import JointCase
-from vision_s2r.diagnose.joint.silence import DETECTABLE
-from vision_s2r.diagnose.joint.uncertainty import at_bound, information
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
+from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.excitation import DETECTABLE
+from vision_s2r.fit.joint.uncertainty import at_bound, information
 from vision_s2r.identify.estimate import title
 from vision_s2r.joint import DYNAMICS
+from vision_s2r.report import words
 
 # A parameter is tied to others where its variance is so many times what it would be were they known. Derivatives are
 # differences: what the equations cannot tell apart comes out beyond this, what a recording hardly can well below.
@@ -34,7 +34,7 @@ class Reason:
 class Identifiable:
     """What a recording can identify of what it was asked for."""
 
-    fitted: Hypothesis  # the effects that it can, at their likeliest on all units
+    fitted: Hypothesis  # the effects that it can, at their likeliest on all segments
     left: Mapping[str, Reason]  # those that it cannot
 
 
@@ -45,18 +45,18 @@ def identifiable(case: JointCase, wanted: Names, asked: Names) -> Identifiable:
     """
     left: dict[str, Reason] = {}
     if "encoder_quantization" in wanted - case.certain.keys():
-        left["encoder_quantization"] = Reason("positions lie on no lattice")
+        left["encoder_quantization"] = Reason("positions lie on no grid")
     if "torque_constant" in wanted >= set(SCALED):
         name = next((name for name in SCALED if name not in asked), SCALED[0])
         left[name] = Reason("a torque constant scales everything: one of the others has to be known", curable=False)
     names = wanted - left.keys()
     while names:
-        fitted = case.fit(names, range(case.units), NOMINAL)
-        silent = {name: Reason(why) for name, why in case.unshown(fitted).items()}
+        fitted = case.fit(names, range(case.segments), NOMINAL)
+        not_excited = {name: Reason(why) for name, why in case.unshown(fitted).items()}
         judged = names - {"torque_constant", "encoder_quantization"}
-        if judged and judged <= silent.keys():  # then ties are only those of noise
-            return Identifiable(NOMINAL, left | silent)
-        found = _tied(case, fitted, asked) or _unshown(case, fitted, silent, asked)
+        if judged and judged <= not_excited.keys():  # then ties are only those of noise
+            return Identifiable(NOMINAL, left | not_excited)
+        found = _tied(case, fitted, asked) or _unshown(case, fitted, not_excited, asked)
         if found is None:
             return Identifiable(fitted, left)
         name, reason = found
@@ -82,18 +82,18 @@ def _tied(case: JointCase, fitted: Hypothesis, asked: Names) -> tuple[str, Reaso
 
 
 def _unshown(
-    case: JointCase, fitted: Hypothesis, silent: Mapping[str, Reason], asked: Names
+    case: JointCase, fitted: Hypothesis, not_excited: Mapping[str, Reason], asked: Names
 ) -> tuple[str, Reason] | None:
-    """One of the silent effects: nominal parameters that nobody asked for first, then what brings nothing."""
+    """One of the not_excited effects: nominal parameters that nobody asked for first, then what brings nothing."""
     for name in YIELDING:
-        if name in silent and name not in asked:
-            return name, silent[name]
-    units = range(case.units)
-    for name in sorted(silent):
-        without = case.fit(frozenset(fitted.values) - {name}, units, fitted)
-        with_it, alone = (sum(blocks.sum() for blocks in case.loglik(each, units)) for each in (fitted, without))
+        if name in not_excited and name not in asked:
+            return name, not_excited[name]
+    segments = range(case.segments)
+    for name in sorted(not_excited):
+        without = case.fit(frozenset(fitted.values) - {name}, segments, fitted)
+        with_it, alone = (sum(blocks.sum() for blocks in case.loglik(each, segments)) for each in (fitted, without))
         if with_it - alone < DETECTABLE:
-            return name, silent[name]
+            return name, not_excited[name]
     return None
 
 

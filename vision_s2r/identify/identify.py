@@ -5,21 +5,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision_s2r.diagnose.case import NOMINAL, Hypothesis, Names, Values
-from vision_s2r.diagnose.gap import Gap
-from vision_s2r.diagnose.joint import JointCase
-from vision_s2r.diagnose.joint.space import UNFITTED
-from vision_s2r.diagnose.reading import diagnosed, read_report
-from vision_s2r.diagnose.replay import free_run, measured
 from vision_s2r.errors import UserError
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Values
+from vision_s2r.fit.gap import Gap
+from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.free_run import free_run, measured
+from vision_s2r.fit.joint.space import UNFITTED
 from vision_s2r.identify.config import IdentifyConfig, InverseConfig
-from vision_s2r.identify.estimate import Estimate
+from vision_s2r.identify.estimate import ParameterEstimates
 from vision_s2r.identify.forward import Forward
 from vision_s2r.identify.identifiable import Reason, doubts, identifiable
 from vision_s2r.identify.inverse import KNOWN, Inverse, regression
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
 from vision_s2r.randomize import Posterior
 from vision_s2r.recording import JointRecording
+from vision_s2r.report.reading import diagnosed, read_report
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Identified:
     recording: JointRecording
     case: JointCase
     method: str  # forward | inverse
-    estimate: Estimate
+    estimate: ParameterEstimates
     held: dict[str, float]  # nominal parameters that were said to be known
     left: dict[str, Reason]  # effects that the recording cannot identify; they stay as they were
     doubts: dict[str, Reason]  # effects that were identified, but should not be trusted
@@ -48,7 +48,7 @@ class Identified:
 
     @property
     def posterior(self) -> Posterior:
-        """What the recording leaves open, to randomise over; what is held or lies on a lattice stays."""
+        """What the recording leaves open, to randomize over; what is held or lies on a grid stays."""
         parameters = [(name, key) for name, given in self.values.items() for key in given]
         at = [parameters.index(label) for label in self.estimate.labels]
         size = [
@@ -82,13 +82,13 @@ def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
         raise UserError(f"nothing can be identified ({why}). {case.experiment([], sorted(found.left))}")
     whole, plain = _methods(known, case, found.fitted, cfg)
     estimate = whole.estimate()
-    units = range(case.units)
+    segments = range(case.segments)
     nominal = _nominal(recording, held)
     gap = Gap(
-        before=case.error(nominal, units),
+        before=case.error(nominal, segments),
         refitted=_held_out(case, plain),
         after=_held_out(case, whole),
-        floor=case.floor(units),
+        floor=case.floor(segments),
         seed=cfg.seed,
     )
     doubtful = doubts(case, found.fitted)
@@ -132,14 +132,14 @@ def _reported(report: str) -> Names:
 
 
 def _open(recording: JointRecording, asked: Names) -> JointCase:
-    """The recording beside a simulator that takes positions for a lattice's only where it is told to."""
+    """The recording beside a simulator that takes positions for a grid's only where it is told to."""
     if not any(np.ptp(row[:n]) > 0 for row, n in zip(recording.position, recording.lengths, strict=True)):
         raise UserError("nothing can be identified: the joint never moves. Record fast and slow motion both ways.")
     library = {effect.name: effect for effect in JOINT_EFFECTS}
     if "encoder_quantization" not in asked:
         del library["encoder_quantization"]
     case = JointCase(recording, library)
-    if case.units < 2:
+    if case.segments < 2:
         raise UserError(f"{recording.lengths.sum()} samples are too short to hold any out, expected 120 or more")
     return case
 
@@ -151,15 +151,15 @@ def _methods(
     names = frozenset(fitted.values)
     plain = names & frozenset(DYNAMICS)
     if cfg.method == "forward":
-        return Forward(case, fitted), Forward(case, case.fit(plain, range(case.units), NOMINAL))
+        return Forward(case, fitted), Forward(case, case.fit(plain, range(case.segments), NOMINAL))
     step = round(case.track.sample_time / recording.sample_time)
-    unit = case.track.unit[:, np.arange(recording.position.shape[1]) // step]
-    rows = regression(recording, cfg.inverse, unit)
+    segment = case.track.segment[:, np.arange(recording.position.shape[1]) // step]
+    rows = regression(recording, cfg.inverse, segment)
     return Inverse(rows, recording.nominal, names), Inverse(rows, recording.nominal, plain)
 
 
 def _held_out(case: JointCase, method: Forward | Inverse) -> np.ndarray:
-    """Mean squared error [units] of the gap, each unit under the fit to all others."""
-    units = range(case.units)
-    fits = [method.fit([other for other in units if other != unit]) for unit in units]
-    return np.array([case.error(fit, [unit])[0] for unit, fit in zip(units, fits, strict=True)])
+    """Mean squared error [segments] of the gap, each segment under the fit to all others."""
+    segments = range(case.segments)
+    fits = [method.fit([other for other in segments if other != segment]) for segment in segments]
+    return np.array([case.error(fit, [segment])[0] for segment, fit in zip(segments, fits, strict=True)])

@@ -13,10 +13,10 @@ import numpy as np
 from scipy.signal import butter, decimate, sosfiltfilt
 from scipy.stats import t as student
 
-from vision_s2r.diagnose.case import Hypothesis, Units, Values
 from vision_s2r.errors import UserError
+from vision_s2r.fit.case import Hypothesis, Segments, Values
 from vision_s2r.identify.config import InverseConfig
-from vision_s2r.identify.estimate import Estimate, Label
+from vision_s2r.identify.estimate import Label, ParameterEstimates
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import JointRecording
 
@@ -45,7 +45,7 @@ class Regression:
 
     torque: np.ndarray  # [N] of the motor
     columns: np.ndarray  # [N, 7], as COLUMNS
-    unit: np.ndarray  # [N] int: to be held out together
+    segment: np.ndarray  # [N] int: to be held out together
 
     def error(self, nominal: Mapping[str, float], values: Values) -> float:
         """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of the nominal parameters with these effects."""
@@ -53,8 +53,8 @@ class Regression:
         return float(np.linalg.norm(self.torque - self.columns @ theta) / np.linalg.norm(self.torque))
 
 
-def regression(recording: JointRecording, cfg: InverseConfig, unit: np.ndarray) -> Regression:
-    """The torque balance of a recording; `unit` [E, T] int says what is held out together.
+def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarray) -> Regression:
+    """The torque balance of a recording; `segment` [E, T] int says what is held out together.
 
     Raises UserError where its episodes are too short for the filters, or its sampling is too slow.
     """
@@ -67,7 +67,7 @@ def regression(recording: JointRecording, cfg: InverseConfig, unit: np.ndarray) 
     edge = round(EDGE / bandwidth * rate)
     every = max(1, round(rate / (RATE * bandwidth)))
     parts = [
-        _episode(recording, k, POSITION * bandwidth, every, cfg.held, slice(edge, length - edge), unit[k])
+        _episode(recording, k, POSITION * bandwidth, every, cfg.held, slice(edge, length - edge), segment[k])
         for k, length in enumerate(recording.lengths)
         if length - 2 * edge >= LEAST
     ]
@@ -80,9 +80,9 @@ def regression(recording: JointRecording, cfg: InverseConfig, unit: np.ndarray) 
 
 
 def _episode(
-    recording: JointRecording, k: int, cutoff: float, every: int, held: bool, inside: slice, unit: np.ndarray
+    recording: JointRecording, k: int, cutoff: float, every: int, held: bool, inside: slice, segment: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Torque [N], columns [N, 7] and unit [N] of an episode."""
+    """Torque [N], columns [N, 7] and segment [N] of an episode."""
     step, length = recording.sample_time, recording.lengths[k]
     low_pass = butter(4, cutoff, output="sos", fs=1 / step)
     position = sosfiltfilt(low_pass, recording.position[k, :length])
@@ -98,7 +98,7 @@ def _episode(
         return decimate(values[inside], every) if every > 1 else values[inside]
 
     torque = thinned(recording.nominal["torque_constant"] * command)
-    return torque, np.stack([thinned(each) for each in columns], axis=1), unit[inside][::every]
+    return torque, np.stack([thinned(each) for each in columns], axis=1), segment[inside][::every]
 
 
 def _value(label: Label, nominal: Mapping[str, float], values: Values) -> float:
@@ -115,7 +115,7 @@ class Inverse:
         held = [0.0 if k in self._free else _value(label, nominal, {}) for k, label in enumerate(COLUMNS)]
         self._torque = rows.torque - rows.columns @ held
 
-    def estimate(self) -> Estimate:
+    def estimate(self) -> ParameterEstimates:
         """From all rows, with the standard intervals of least squares."""
         columns = self._rows.columns[:, self._free]
         theta = np.linalg.lstsq(columns, self._torque, rcond=None)[0]
@@ -128,11 +128,11 @@ class Inverse:
         intervals: dict[str, dict[str, tuple[float, float]]] = {effect: {} for effect, _ in labels}
         for (effect, parameter), value, each in zip(labels, theta, reach, strict=True):
             intervals[effect][parameter] = (float(value - each), float(value + each))
-        return Estimate(hypothesis, intervals, labels, covariance)
+        return ParameterEstimates(hypothesis, intervals, labels, covariance)
 
-    def fit(self, units: Units) -> Hypothesis:
-        """From the rows of some units."""
-        inside = np.isin(self._rows.unit, list(units))
+    def fit(self, segments: Segments) -> Hypothesis:
+        """From the rows of some segments."""
+        inside = np.isin(self._rows.segment, list(segments))
         columns = self._rows.columns[inside][:, self._free]
         return self._hypothesis(np.linalg.lstsq(columns, self._torque[inside], rcond=None)[0])
 

@@ -22,13 +22,13 @@ import rich.box
 from rich.console import Console
 from rich.table import Table
 
-from vision_s2r.diagnose.html import figures, words
-from vision_s2r.diagnose.patch import write_patch
 from vision_s2r.files import write
 from vision_s2r.identify.drawing import correlations
 from vision_s2r.identify.estimate import title
 from vision_s2r.identify.identify import Identified
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
+from vision_s2r.patch import write_patch
+from vision_s2r.report import figures, words
 
 FORMAT = "vision-s2r/identified/1"
 PICTURES = ("before_after.png", "where.png")

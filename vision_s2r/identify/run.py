@@ -3,13 +3,13 @@
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.diagnose.config import folders, outputs
 from vision_s2r.errors import UserError
 from vision_s2r.identify import emps, two_point
 from vision_s2r.identify.config import IdentifyConfig, check
 from vision_s2r.identify.identify import identify, torque_error, validate
 from vision_s2r.identify.result import content, show, write_all
 from vision_s2r.recording import JointRecording, read
+from vision_s2r.recording.folders import folders, outputs
 
 
 def identify_all(cfg: IdentifyConfig) -> list[Path]:

@@ -27,7 +27,7 @@ REALITY = replace(SIMULATOR, viscous_damping=0.15, coulomb_friction=0.05)
 IDENTIFIED = ("viscous_damping", "coulomb_friction")
 CURRENTS, SPEEDS = (1.0, 1.9), (3.0, 6.0)  # A, rad/s: the steady states that were measured
 TARGET = 5.0  # rad/s
-DRAWN, REAL = Range(0.10, 0.16), Range(0.09, 0.18)  # of b, N·m·s/rad: what is randomised, and what real joints have
+DRAWN, REAL = Range(0.10, 0.16), Range(0.09, 0.18)  # of b, N·m·s/rad: what is randomized, and what real joints have
 HELD, SAMPLE_TIME = 4.0, 0.01  # s: thirty time constants
 NOISE = (1e-4, 0.01)  # rad, rad/s: standard deviations of the sensors
 

@@ -12,7 +12,7 @@ import numpy as np
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import Given, glides, needs_velocity
 from vision_s2r.joint.effects.velocity_limit import profile
-from vision_s2r.joint.log import Log, correction
+from vision_s2r.joint.log import JointLog, correction
 from vision_s2r.joint.machine import Machine
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
 from vision_s2r.joint.two_masses import (
@@ -31,7 +31,7 @@ Cursor = tuple[int, int, float, float]
 
 
 @compiled
-def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
     """An episode of a joint without play or spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
@@ -54,7 +54,9 @@ def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, 
 
 
 @compiled
-def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+def clocked_two_masses(
+    machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray
+) -> None:
     """An episode of a joint with play or a spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     responses = np.empty(RESPONSES)
@@ -83,7 +85,7 @@ def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray
 
 
 @compiled
-def _inputs(machine: Machine, log: Log, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
+def _inputs(machine: Machine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
     """What acts in the step that begins at `start`, and the cursor at its end."""
     row, other, place, rate = cursor
     servo = not math.isnan(machine.proportional_gain)
@@ -137,7 +139,7 @@ def _held(
 
 @compiled
 def _read(
-    log: Log,
+    log: JointLog,
     row: int,
     start: float,
     step: float,

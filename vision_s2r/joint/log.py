@@ -8,7 +8,7 @@ import numpy as np
 from vision_s2r.joint.compiled import compiled
 
 
-class Log(NamedTuple):
+class JointLog(NamedTuple):
     """The episode that is simulated; compiled code reads it."""
 
     command: np.ndarray  # [T] held between samples

@@ -22,7 +22,7 @@ from vision_s2r.joint.drive import (
     weight_at,
 )
 from vision_s2r.joint.effects.latency import split_delay
-from vision_s2r.joint.log import Log, correction, segments, sent
+from vision_s2r.joint.log import JointLog, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 
 State = tuple[float, float, Weight, float]  # position, velocity, and weight and other torque as the last step had them
@@ -30,7 +30,7 @@ Paths = tuple[tuple[Glide, Glide], tuple[Glide, Glide]]
 
 
 @compiled
-def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
     """An episode of a joint without play or spring, into `out` [T, 2]."""
     whole, fraction = split_delay(machine.latency_delay, log.sample_time)
     counts, steps = segments(fraction, log.sample_time, log.substeps)

@@ -15,8 +15,8 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from vision_s2r.errors import UserError
 from vision_s2r.joint.clock import clocked_one_mass, clocked_two_masses
 from vision_s2r.joint.drive import steady
-from vision_s2r.joint.effects.encoder_quantization import quantise
-from vision_s2r.joint.log import Log
+from vision_s2r.joint.effects.encoder_quantization import quantize
+from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, Machine, check
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.tables import Tables
@@ -182,7 +182,7 @@ def _compile(sources: str) -> Callable[..., Any]:
             clocked = times.shape[1] > 0
             steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
             inputs = (times[e, : lengths[e] if clocked else 0], scale[e], external[e])
-            log = Log(command[e], first[e], observed[e], leak, sample_time, steps, *inputs)
+            log = JointLog(command[e], first[e], observed[e], leak, sample_time, steps, *inputs)
             if clocked and one:
                 clocked_one_mass(machine, tables, heights, log, states)
             elif clocked:
@@ -192,7 +192,7 @@ def _compile(sources: str) -> Callable[..., Any]:
             else:
                 two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
-                quantise(states, machine.encoder_quantization_resolution, sample_time, log.times)
+                quantize(states, machine.encoder_quantization_resolution, sample_time, log.times)
 
     return kernel
 

@@ -19,7 +19,7 @@ from vision_s2r.joint.drive import (
 )
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.effects.latency import split_delay
-from vision_s2r.joint.log import Log, correction, segments, sent
+from vision_s2r.joint.log import JointLog, correction, segments, sent
 from vision_s2r.joint.machine import Machine
 from vision_s2r.joint.one_mass import Paths
 from vision_s2r.joint.play import State, play_step, play_velocities
@@ -32,7 +32,7 @@ MassPaths = tuple[tuple[float, float], Paths, Paths]  # damping, and motion of b
 
 
 @compiled
-def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Log, out: np.ndarray) -> None:
+def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
     """An episode of a joint with play or a spring, into `out` [T, 2].
 
     As with one mass, torques are taken in the middle of a step; where they depend on velocity, it is predicted.

@@ -63,7 +63,7 @@ def _rotation(parameters: CameraParameters) -> Tensor:
 
 
 def _bent(points: Tensor, parameters: CameraParameters) -> Tensor:
-    """Normalised places [B, 2, N] through the lens_distortion."""
+    """Normalized places [B, 2, N] through the lens_distortion."""
     zero = torch.zeros(len(parameters), dtype=torch.float64)
     values = parameters.values.get("lens_distortion", {})
     k1, k2 = (values.get(name, zero)[:, None, None] for name in ("k1", "k2"))

@@ -14,7 +14,7 @@ from torch.nn import functional as F
 
 from vision_s2r.errors import UserError
 
-GROUP = 8  # channels a group of a normalisation
+GROUP = 8  # channels a group of a normalization
 POINTS = 5  # of the rectifier's grid, along each side
 
 

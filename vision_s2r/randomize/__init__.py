@@ -1,9 +1,9 @@
-"""Randomisation of effects of any source: ranges or a posterior in, values of the effects' parameters out.
+"""Randomization of effects of any source: ranges or a posterior in, values of the effects' parameters out.
 
 Or a policy's performance in, and ranges that widen with it.
 """
 
-from vision_s2r.randomize.automatic import AutomaticConfig, AutomaticRandomisation, Dimension, Draw, dimensions
+from vision_s2r.randomize.adr import AdrConfig, AdrSample, AutomaticDomainRandomization, Dimension, dimensions
 from vision_s2r.randomize.distribution import (
     Box,
     Distribution,
@@ -16,12 +16,12 @@ from vision_s2r.randomize.distribution import (
 from vision_s2r.randomize.ranges import EffectRange, Range, effect_ranges
 
 __all__ = [
-    "AutomaticConfig",
-    "AutomaticRandomisation",
+    "AdrConfig",
+    "AdrSample",
+    "AutomaticDomainRandomization",
     "Box",
     "Dimension",
     "Distribution",
-    "Draw",
     "EffectRange",
     "Posterior",
     "Range",

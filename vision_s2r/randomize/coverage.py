@@ -19,7 +19,7 @@ CONFIDENCE = 0.95
 
 
 class Cover(Protocol):
-    """What has ranges: a box, or an automatic randomisation as it is now."""
+    """What has ranges: a box, or an automatic randomization as it is now."""
 
     @property
     def registry(self) -> Registry[Any]:

@@ -14,7 +14,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from vision_s2r.scene import Renderer, SceneConfig, SceneState, arm, canonical, objects, randomised, sample_state, tray
+from vision_s2r.scene import Renderer, SceneConfig, SceneState, arm, canonical, objects, randomized, sample_state, tray
 from vision_s2r.scene.appearance import Appearance, Light
 from vision_s2r.scene.renderer import LIGHT_DISTANCE, projection, view_matrix
 
@@ -35,9 +35,9 @@ class Speed:
 
 
 def run(scene: SceneConfig, size: int, margin: int, views: int, seed: int) -> Speed:
-    """Measure and print the table; `views`: randomised pictures of a scene, as they are rendered for training."""
+    """Measure and print the table; `views`: randomized pictures of a scene, as they are rendered for training."""
     states = [sample_state(scene, seed, k) for k in track(range(SCENES), "settling scenes")]
-    looks = [(randomised(scene, state), canonical(state)) for state in states]
+    looks = [(randomized(scene, state), canonical(state)) for state in states]
     with Renderer(scene) as renderer:
         ways: dict[str, Callable[[], float]] = {
             "ours": lambda: _ours(renderer, states, size, margin, 1),
@@ -59,7 +59,7 @@ def _ours(renderer: Renderer, states: list[SceneState], size: int, margin: int, 
     start = time.perf_counter()
     for state in states:
         for view in range(views):
-            renderer.render(state, randomised(renderer.cfg, state, view), size, margin)
+            renderer.render(state, randomized(renderer.cfg, state, view), size, margin)
         renderer.render(state, canonical(state), size, labels=True)
     return (time.perf_counter() - start) / len(states) / views
 
@@ -126,7 +126,7 @@ def _usual(
             fixed.append(_load_box(client, arm.SIZES[part.name], part.position, part.yaw))
         moving = [_load_object(client, scene, object_id, k) for k, object_id in enumerate(state.object_ids)]
         for k, body in enumerate(fixed + moving):
-            path = renderer.banks["randomised"][(7 * k) % scene.appearance.textures]
+            path = renderer.banks["randomized"][(7 * k) % scene.appearance.textures]
             texture = pybullet.loadTexture(str(path), physicsClientId=client)
             pybullet.changeVisualShape(body, -1, textureUniqueId=texture, physicsClientId=client)
         for _ in range(round(1.0 / scene.physics.time_step)):
@@ -166,7 +166,7 @@ def _growth(renderer: Renderer, states: list[SceneState], size: int, margin: int
     first = 0.0
     for k in track(range(MEMORY_RENDERS), f"{MEMORY_RENDERS} renders"):
         state = states[k % len(states)]
-        renderer.render(state, randomised(renderer.cfg, state, k // len(states)), size, margin)
+        renderer.render(state, randomized(renderer.cfg, state, k // len(states)), size, margin)
         if k == MEMORY_RENDERS // 10:
             first = _resident()
     return _resident() - first

@@ -18,7 +18,7 @@ from vision_s2r.scene import (
     canonical,
     nominal_camera,
     propose,
-    randomised,
+    randomized,
     real,
     sample_state,
 )
@@ -52,8 +52,8 @@ def render_scene(renderer: Renderer, state: SceneState, cfg: RenderConfig) -> di
         **state_arrays(state),
     }
     if cfg.views:
-        looks = [randomised(renderer.cfg, state, view) for view in range(cfg.views)]
-        row["randomised"] = np.stack([renderer.render(state, k, cfg.size, cfg.margin).rgb for k in looks])
+        looks = [randomized(renderer.cfg, state, view) for view in range(cfg.views)]
+        row["randomized"] = np.stack([renderer.render(state, k, cfg.size, cfg.margin).rgb for k in looks])
     if cfg.real:
         row["real"] = renderer.render(state, real(renderer.cfg, state), cfg.size, cfg.margin).rgb
     if cfg.grasps:

@@ -15,7 +15,7 @@ LABEL_COLOURS = np.array([[60, 60, 70], [200, 195, 175], [64, 115, 190], [217, 6
 
 
 def write(views: Views, path: Path) -> None:
-    """Write the sheet as PNG: randomised views, real (with their margins), canonical, segmentation, depth."""
+    """Write the sheet as PNG: randomized views, real (with their margins), canonical, segmentation, depth."""
     some = views.subset(range(min(SCENES, len(views))))
     columns = [np.concatenate(list(_column(some, torch.tensor([k])))) for k in range(len(some))]
     _, encoded = cv2.imencode(".png", np.concatenate(columns, axis=1)[..., ::-1])
@@ -24,8 +24,8 @@ def write(views: Views, path: Path) -> None:
 
 def _column(views: Views, index: torch.Tensor) -> list[np.ndarray]:
     pictures = []
-    if "randomised" in views.names:
-        pictures += list(views.batch("randomised", index)[0].numpy())
+    if "randomized" in views.names:
+        pictures += list(views.batch("randomized", index)[0].numpy())
     if "real" in views.names:
         pictures.append(views.batch("real", index)[0].numpy())
     pictures.append(views.batch("canonical", index)[0].numpy())

@@ -9,7 +9,7 @@ from safetensors import safe_open
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.render.manifest import Manifest, shard_path
-from vision_s2r.scene import Camera, SceneState
+from vision_s2r.scene import Pinhole, SceneState
 
 
 class Views:
@@ -109,5 +109,5 @@ def _state(
         object_ids=tuple(object_ids[:count].tolist()),
         object_poses=tuple(map(tuple, object_poses[:count].tolist())),
         arm_joints=tuple(arm_joints.tolist()),
-        camera=Camera(float(field_of_view), (x, y, z), rotation),
+        camera=Pinhole(float(field_of_view), (x, y, z), rotation),
     )

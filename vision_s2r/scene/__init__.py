@@ -1,18 +1,18 @@
 """The grasping scene: (seed, index) in; settled states, grasp outcomes and pictures of any look out."""
 
-from vision_s2r.scene.appearance import CLASSES, canonical, randomised, real
+from vision_s2r.scene.appearance import CLASSES, canonical, randomized, real
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.grasping import Outcome, attempt
 from vision_s2r.scene.proposals import Origin, propose
 from vision_s2r.scene.renderer import Renderer, View
 from vision_s2r.scene.sampling import nominal_camera, sample_state
-from vision_s2r.scene.state import Camera, SceneState
+from vision_s2r.scene.state import Pinhole, SceneState
 
 __all__ = [
     "CLASSES",
-    "Camera",
     "Origin",
     "Outcome",
+    "Pinhole",
     "Renderer",
     "SceneConfig",
     "SceneState",
@@ -21,7 +21,7 @@ __all__ = [
     "canonical",
     "nominal_camera",
     "propose",
-    "randomised",
+    "randomized",
     "real",
     "sample_state",
 ]

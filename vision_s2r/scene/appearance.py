@@ -1,4 +1,4 @@
-"""Three looks of the same state: randomised (training), canonical (what a policy sees), real (what is tested).
+"""Three looks of the same state: randomized (training), canonical (what a policy sees), real (what is tested).
 
 A look is data: a surface for each named part, a light, and distractors beside the bin. It is drawn here and
 rendered in `renderer.py`.
@@ -69,8 +69,8 @@ class LightRanges:
     specular: Range
 
 
-RANDOMISED_LIGHT = LightRanges(Range(0.0, 0.8), Range(0.3, 0.7), Range(0.3, 0.8), Range(0.0, 0.6))
-RANDOMISED_TINT = Range(0.75, 1.0)  # of each colour of the light
+RANDOMIZED_LIGHT = LightRanges(Range(0.0, 0.8), Range(0.3, 0.7), Range(0.3, 0.8), Range(0.0, 0.6))
+RANDOMIZED_TINT = Range(0.75, 1.0)  # of each colour of the light
 REAL_LIGHT = LightRanges(Range(0.8, 1.05), Range(0.35, 0.5), Range(0.55, 0.85), Range(0.2, 0.8))
 
 
@@ -88,7 +88,7 @@ class Distractor:
 class Appearance:
     """A look: a surface for each part of the scene, objects in their order; light; distractors.
 
-    bank: the textures that surfaces number, "randomised" or "real".
+    bank: the textures that surfaces number, "randomized" or "real".
     """
 
     bank: str
@@ -114,34 +114,34 @@ def canonical(state: SceneState) -> Appearance:
     """One flat colour a class, one fixed light that shades shapes, no shadows, no distractors."""
     surfaces = {kind: Surface(colour) for kind, colour in CANONICAL_COLOURS.items()}
     return Appearance(
-        "randomised",
+        "randomized",
         {part: surfaces[class_of(part)] for part in PARTS},
         (surfaces["object"],) * len(state.object_ids),
         CANONICAL_LIGHT,
     )
 
 
-def randomised(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance:
+def randomized(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance:
     """Every surface textured and tinted at random, one light of random direction and colour, distractors."""
-    rng = generator(state.seed, state.index, Stream.RANDOMISED, view)
+    rng = generator(state.seed, state.index, Stream.RANDOMIZED, view)
 
     def surface() -> Surface:
         tint = rng.uniform(0.45, 1.0) * rng.uniform(0.6, 1.0, size=3)
         return Surface(_rgb(tint), int(rng.integers(cfg.appearance.textures)), float(rng.uniform(0, 1)))
 
     light = Light(
-        _direction(rng, RANDOMISED_LIGHT.angle),
-        _rgb(RANDOMISED_TINT.uniform(rng, 3)),
-        ambient=float(RANDOMISED_LIGHT.ambient.uniform(rng)),
-        diffuse=float(RANDOMISED_LIGHT.diffuse.uniform(rng)),
-        specular=float(RANDOMISED_LIGHT.specular.uniform(rng)),
+        _direction(rng, RANDOMIZED_LIGHT.angle),
+        _rgb(RANDOMIZED_TINT.uniform(rng, 3)),
+        ambient=float(RANDOMIZED_LIGHT.ambient.uniform(rng)),
+        diffuse=float(RANDOMIZED_LIGHT.diffuse.uniform(rng)),
+        specular=float(RANDOMIZED_LIGHT.specular.uniform(rng)),
         shadow=bool(rng.uniform() < 0.7),
     )
-    return _dress("randomised", cfg, state, rng, surface, light)
+    return _dress("randomized", cfg, state, rng, surface, light)
 
 
 def real(cfg: SceneConfig, state: SceneState) -> Appearance:
-    """Materials, lights and backgrounds that `randomised` never draws, always with shadows.
+    """Materials, lights and backgrounds that `randomized` never draws, always with shadows.
 
     The textures come from other families and are not tinted, or only where the material is dyed or painted; the light
     is low, warm or cold, over a weak ambient.

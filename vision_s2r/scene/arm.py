@@ -41,7 +41,7 @@ SIZES = {
 
 
 @dataclass(frozen=True)
-class Part:
+class ArmPart:
     """Where a box of the arm is: its name in SIZES, its middle [3] in metres, its yaw."""
 
     name: str
@@ -67,23 +67,23 @@ def tool(joints: tuple[float, ...]) -> tuple[float, float, float, float]:
     return float(x), float(y), lift, shoulder + elbow + wrist
 
 
-def parts(joints: tuple[float, ...]) -> list[Part]:
+def parts(joints: tuple[float, ...]) -> list[ArmPart]:
     """Where each box of the arm is: what a picture of it shows."""
     shoulder, elbow = joints[:2]
     x, y, z, yaw = tool(joints)
     elbow_x, elbow_y = BASE[0] + UPPER_ARM * np.cos(shoulder), BASE[1] + UPPER_ARM * np.sin(shoulder)
     palm_z = z + FINGER_SIZE[2] + PALM_SIZE[2] / 2
     found = [
-        Part("column", (*BASE, COLUMN_SIZE[2] / 2), 0.0),
-        Part("upper_arm", (*_middle(BASE, (elbow_x, elbow_y)), ARM_HEIGHT), shoulder),
-        Part("forearm", (*_middle((elbow_x, elbow_y), (x, y)), ARM_HEIGHT - LINK_SECTION[1]), shoulder + elbow),
-        Part("quill", (x, y, palm_z + PALM_SIZE[2] / 2 + QUILL_SIZE[2] / 2), yaw),
-        Part("palm", (x, y, palm_z), yaw),
+        ArmPart("column", (*BASE, COLUMN_SIZE[2] / 2), 0.0),
+        ArmPart("upper_arm", (*_middle(BASE, (elbow_x, elbow_y)), ARM_HEIGHT), shoulder),
+        ArmPart("forearm", (*_middle((elbow_x, elbow_y), (x, y)), ARM_HEIGHT - LINK_SECTION[1]), shoulder + elbow),
+        ArmPart("quill", (x, y, palm_z + PALM_SIZE[2] / 2 + QUILL_SIZE[2] / 2), yaw),
+        ArmPart("palm", (x, y, palm_z), yaw),
     ]
     for name, offset in (("finger_left", joints[4]), ("finger_right", -joints[5])):
         offset += np.copysign(FINGER_SIZE[0] / 2, offset)
         place = (x + offset * np.cos(yaw), y + offset * np.sin(yaw), z + FINGER_SIZE[2] / 2)
-        found.append(Part(name, place, yaw))
+        found.append(ArmPart(name, place, yaw))
     return found
 
 

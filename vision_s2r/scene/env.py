@@ -11,7 +11,7 @@ import numpy as np
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.scene import config
-from vision_s2r.scene.appearance import Appearance, canonical, randomised, real
+from vision_s2r.scene.appearance import Appearance, canonical, randomized, real
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.grasping import attempt
 from vision_s2r.scene.proposals import REACH
@@ -20,7 +20,7 @@ from vision_s2r.scene.sampling import nominal_camera, sample_state
 from vision_s2r.scene.state import SceneState
 
 ID = "vision_s2r/BinGrasp-v0"
-LOOKS = ("canonical", "randomised", "real")
+LOOKS = ("canonical", "randomized", "real")
 
 
 class BinGraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -88,7 +88,7 @@ class BinGraspEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     def _appearance(self, state: SceneState) -> Appearance:
         if self.look == "canonical":
             return canonical(state)
-        return randomised(self.cfg, state) if self.look == "randomised" else real(self.cfg, state)
+        return randomized(self.cfg, state) if self.look == "randomized" else real(self.cfg, state)
 
 
 gymnasium.register(ID, entry_point="vision_s2r.scene.env:BinGraspEnv", max_episode_steps=1)

@@ -15,7 +15,7 @@ import pybullet
 from vision_s2r.scene import arm, meshes, objects, textures, tray
 from vision_s2r.scene.appearance import CLASSES, DISTRACTOR_SIZES, PARTS, TABLE, Appearance, Surface, class_of
 from vision_s2r.scene.config import SceneConfig
-from vision_s2r.scene.state import Camera, SceneState
+from vision_s2r.scene.state import Pinhole, SceneState
 
 NEAR, FAR = 0.2, 2.0  # m
 LIGHT_DISTANCE = 1.2  # m, below FAR: beyond it the renderer drops shadows
@@ -42,7 +42,7 @@ class Renderer:
         self.client = pybullet.connect(pybullet.DIRECT)
         look = cfg.appearance
         self.banks = {
-            "randomised": textures.bank(textures.RANDOMISED, look.textures, look.texture_size, look.texture_seed),
+            "randomized": textures.bank(textures.RANDOMIZED, look.textures, look.texture_size, look.texture_seed),
             "real": textures.bank(textures.REAL, look.real_textures, look.texture_size, look.texture_seed),
         }
         self.textures = {name: [self._texture(path) for path in paths] for name, paths in self.banks.items()}
@@ -63,7 +63,7 @@ class Renderer:
         size: int,
         margin: int = 0,
         labels: bool = False,
-        camera: Camera | None = None,
+        camera: Pinhole | None = None,
     ) -> View:
         """A picture of size + 2 margin pixels a side; the margin lies around what size alone would show.
 
@@ -183,12 +183,12 @@ def _yaw(angle: float) -> tuple[float, float, float, float]:
     return 0.0, 0.0, math.sin(angle / 2), math.cos(angle / 2)
 
 
-def view_matrix(camera: Camera) -> list[float]:
+def view_matrix(camera: Pinhole) -> list[float]:
     """OpenGL's view matrix, by columns: its camera looks along -z with y up."""
     return (np.diag([1, -1, -1, 1]) @ camera.extrinsics()).T.ravel().tolist()
 
 
-def projection(camera: Camera, size: int, margin: int) -> list[float]:
+def projection(camera: Pinhole, size: int, margin: int) -> list[float]:
     """OpenGL's projection, by columns, of the picture with its margin."""
     scale = size / (size + 2 * margin) / np.tan(camera.field_of_view / 2)
     matrix = np.zeros((4, 4))

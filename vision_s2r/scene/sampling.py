@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from vision_s2r.randomize import Range
 from vision_s2r.scene import arm, objects, tray
 from vision_s2r.scene.config import SceneConfig, ViewpointConfig
-from vision_s2r.scene.state import Camera, SceneState
+from vision_s2r.scene.state import Pinhole, SceneState
 from vision_s2r.scene.world import World
 
 ATTEMPTS = 20
@@ -21,7 +21,7 @@ class Stream(IntEnum):
     """What a generator is for: separate streams keep one choice from shifting another."""
 
     STATE = 0
-    RANDOMISED = 1
+    RANDOMIZED = 1
     REAL = 2
     GRASPS = 3
 
@@ -78,13 +78,13 @@ def _home(rng: np.random.Generator) -> tuple[float, ...]:
     return arm.inverse(x, y, z, yaw, opening=rng.uniform(0.6, 1.0) * arm.MAX_OPENING)
 
 
-def nominal_camera(cfg: ViewpointConfig) -> Camera:
+def nominal_camera(cfg: ViewpointConfig) -> Pinhole:
     """The camera as it is meant to be: looking down on the bin, tilted towards the arm. Canonical views are its."""
     place = [0.0, LOOK_AT - cfg.height * np.tan(cfg.tilt), cfg.height]
     return _camera(cfg.field_of_view, place, _nominal_rotation(cfg))
 
 
-def _scene_camera(cfg: ViewpointConfig, rng: np.random.Generator) -> Camera:
+def _scene_camera(cfg: ViewpointConfig, rng: np.random.Generator) -> Pinhole:
     """A scene's own: the nominal one, displaced, turned and zoomed a little."""
     turned = Rotation.from_rotvec(rng.uniform(-1, 1, size=3) * cfg.angle_jitter) * _nominal_rotation(cfg)
     place = np.array(nominal_camera(cfg).position) + rng.uniform(-1, 1, size=3) * cfg.position_jitter
@@ -97,6 +97,6 @@ def _nominal_rotation(cfg: ViewpointConfig) -> Rotation:
     return Rotation.from_euler("x", -cfg.tilt) * down
 
 
-def _camera(field_of_view: float, place: list[float], rotation: Rotation) -> Camera:
+def _camera(field_of_view: float, place: list[float], rotation: Rotation) -> Pinhole:
     x, y, z = (float(v) for v in place)
-    return Camera(float(field_of_view), (x, y, z), tuple(map(tuple, rotation.as_matrix().tolist())))
+    return Pinhole(float(field_of_view), (x, y, z), tuple(map(tuple, rotation.as_matrix().tolist())))

@@ -14,7 +14,7 @@ FORMAT = "vision-s2r/scene-state/1"
 
 
 @dataclass(frozen=True)
-class Camera:
+class Pinhole:
     """A pinhole camera in OpenCV's axes: x right, y down, z forward.
 
     field_of_view: vertical = horizontal, radians, across a square picture; position [3] in metres;
@@ -52,7 +52,7 @@ class SceneState:
     object_ids: tuple[int, ...]
     object_poses: tuple[tuple[float, ...], ...]
     arm_joints: tuple[float, ...]
-    camera: Camera
+    camera: Pinhole
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able; floats survive bit for bit."""
@@ -84,8 +84,8 @@ class SceneState:
             raise UserError(f"scene state {path}: {error}") from error
 
 
-def _camera(data: dict[str, Any]) -> Camera:
-    return Camera(**{k: _tuples(v) for k, v in data.items()})
+def _camera(data: dict[str, Any]) -> Pinhole:
+    return Pinhole(**{k: _tuples(v) for k, v in data.items()})
 
 
 def _tuples(value: Any) -> Any:

@@ -137,7 +137,7 @@ def _threshold(rng: np.random.Generator, size: int) -> Texture:
     return _blend(mask, *_colours(rng, 2))
 
 
-RANDOMISED: dict[str, Family] = {
+RANDOMIZED: dict[str, Family] = {
     "flat": _flat,
     "gradient": _gradient,
     "checker": _checker,

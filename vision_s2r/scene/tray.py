@@ -9,7 +9,7 @@ DEPTH_OF_FLOOR = 0.01
 
 
 @dataclass(frozen=True)
-class Part:
+class TrayPart:
     """A box: its name, edge lengths [3] and middle [3], metres."""
 
     name: str
@@ -20,9 +20,9 @@ class Part:
 _OUTER = INNER + 2 * WALL
 _WALL_AT = (INNER + WALL) / 2
 PARTS = (
-    Part("bin_floor", (_OUTER, _OUTER, DEPTH_OF_FLOOR), (0.0, 0.0, -DEPTH_OF_FLOOR / 2)),
-    Part("bin_left", (WALL, _OUTER, HEIGHT), (-_WALL_AT, 0.0, HEIGHT / 2)),
-    Part("bin_right", (WALL, _OUTER, HEIGHT), (_WALL_AT, 0.0, HEIGHT / 2)),
-    Part("bin_front", (INNER, WALL, HEIGHT), (0.0, -_WALL_AT, HEIGHT / 2)),
-    Part("bin_back", (INNER, WALL, HEIGHT), (0.0, _WALL_AT, HEIGHT / 2)),
+    TrayPart("bin_floor", (_OUTER, _OUTER, DEPTH_OF_FLOOR), (0.0, 0.0, -DEPTH_OF_FLOOR / 2)),
+    TrayPart("bin_left", (WALL, _OUTER, HEIGHT), (-_WALL_AT, 0.0, HEIGHT / 2)),
+    TrayPart("bin_right", (WALL, _OUTER, HEIGHT), (_WALL_AT, 0.0, HEIGHT / 2)),
+    TrayPart("bin_front", (INNER, WALL, HEIGHT), (0.0, -_WALL_AT, HEIGHT / 2)),
+    TrayPart("bin_back", (INNER, WALL, HEIGHT), (0.0, _WALL_AT, HEIGHT / 2)),
 )

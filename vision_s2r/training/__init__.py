@@ -1,6 +1,6 @@
 """The one training loop and its checkpoints.
 
-In: a `Method` (networks, optimisers, a step, a validation), views to train and validate on, a
+In: a `Method` (networks, optimizers, a step, a validation), views to train and validate on, a
 `TrainingConfig`. Out: a folder with `best.safetensors` (released checkpoint), `last.pt` (what the run resumes
 from), `pictures/*.png` and TensorBoard logs.
 
@@ -10,16 +10,16 @@ from), `pictures/*.png` and TensorBoard logs.
 
 from vision_s2r.training.config import TrainingConfig
 from vision_s2r.training.data import Draw, ViewSource
-from vision_s2r.training.loop import Result, train
+from vision_s2r.training.loop import TrainingResult, train
 from vision_s2r.training.method import Batch, Method, Step, adamw, frozen
 
 __all__ = [
     "Batch",
     "Draw",
     "Method",
-    "Result",
     "Step",
     "TrainingConfig",
+    "TrainingResult",
     "ViewSource",
     "adamw",
     "frozen",

@@ -1,7 +1,7 @@
 """Checkpoints: what is released (safetensors) and what a run resumes from.
 
 A released checkpoint is a safetensors file whose header says, as JSON, what it is: `format`, `kind`,
-`configuration`, `normalisation`, `training`. Its tensors are named NETWORK.PARAMETER.
+`configuration`, `normalization`, `training`. Its tensors are named NETWORK.PARAMETER.
 """
 
 import json
@@ -20,7 +20,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.files import whole
 
 FORMAT = "vision-s2r/checkpoint/1"
-_FIELDS = ("configuration", "normalisation", "training")
+_FIELDS = ("configuration", "normalization", "training")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Checkpoint:
 
     kind: str  # "translator", "q_function"
     configuration: dict[str, Any]
-    normalisation: dict[str, Any]
+    normalization: dict[str, Any]
     training: dict[str, Any]  # facts: step, metric and its value
     tensors: dict[str, Tensor] = field(repr=False)
     path: Path = Path()  # where it was loaded from
@@ -84,10 +84,10 @@ def load(path: str | Path, kind: str) -> Checkpoint:
     if metadata.get("kind") != kind:
         raise UserError(f"{path}: holds a {metadata.get('kind')}: expected a {kind}")
     try:
-        configuration, normalisation, training = (json.loads(metadata[name]) for name in _FIELDS)
+        configuration, normalization, training = (json.loads(metadata[name]) for name in _FIELDS)
     except (KeyError, json.JSONDecodeError) as error:
         raise UserError(f"{path}: its header is damaged ({error})") from error
-    return Checkpoint(kind, configuration, normalisation, training, tensors, path)
+    return Checkpoint(kind, configuration, normalization, training, tensors, path)
 
 
 def save_state(path: Path, state: dict[str, Any]) -> None:

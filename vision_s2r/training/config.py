@@ -12,10 +12,10 @@ PRECISIONS = ("32-true", "bf16-mixed")
 class TrainingConfig:
     """One run of the loop. `max_steps`, `max_minutes` or both are set; the first to be reached ends it."""
 
-    max_steps: int = 0  # optimisation steps; 0: no limit
+    max_steps: int = 0  # optimization steps; 0: no limit
     max_minutes: float = 0.0  # wall-clock minutes, validation included; 0: no limit
     batch_size: int = 32  # samples a step over all processes together
-    learning_rate: float = 1e-3  # of every optimiser that sets no other, at its highest
+    learning_rate: float = 1e-3  # of every optimizer that sets no other, at its highest
     weight_decay: float = 1e-4  # decoupled (AdamW)
     warmup: float = 0.03  # part of the run over which the learning rate rises from 0
     clip: float = 1.0  # largest norm of a network's gradient; 0: any

@@ -23,7 +23,7 @@ class ViewSource(Protocol):
 
     @property
     def margin(self) -> int:
-        """Pixels by which randomised and real pictures are wider on each side."""
+        """Pixels by which randomized and real pictures are wider on each side."""
 
     @property
     def names(self) -> Set[str]:

@@ -35,7 +35,7 @@ log = logging.getLogger(__name__)
 BEST, LAST = "best.safetensors", "last.pt"
 
 
-class Result(NamedTuple):
+class TrainingResult(NamedTuple):
     """What a finished run made."""
 
     best: Path  # released checkpoint
@@ -52,7 +52,7 @@ def train(
     out: Path,
     seed: int,
     part: float = 1.0,
-) -> Result:
+) -> TrainingResult:
     """Trains what `build` makes, or goes on with the run found in `out`; a finished one is returned as it is.
 
     With `part` below 1 it pauses when that part of the run is done, the state saved; nothing may be released by then.
@@ -85,7 +85,7 @@ def _run(
     out: Path,
     seed: int,
     part: float,
-) -> Result:
+) -> TrainingResult:
     with torch.random.fork_rng(devices=[]):  # initial weights are drawn from the global generator
         torch.manual_seed(seed)
         method = build()
@@ -96,7 +96,7 @@ def _run(
         log.info("%s: finished at step %d, not repeated", out, run.step)
     else:
         run.loop(part)
-    return fabric.broadcast(Result(out / BEST, run.best, run.step, run.seconds / 60))
+    return fabric.broadcast(TrainingResult(out / BEST, run.best, run.step, run.seconds / 60))
 
 
 def learning_rate(progress: float, warmup: float) -> float:
@@ -118,21 +118,21 @@ class _Step:
         self.generator = generator(STEP, seed, index, fabric.global_rank)
         self._fabric, self._method, self._clip = fabric, method, clip
 
-    def optimise(self, loss: Tensor, *names: str) -> None:
-        networks, optimisers = self._method.networks, self._method.optimisers
+    def optimize(self, loss: Tensor, *names: str) -> None:
+        networks, optimizers = self._method.networks, self._method.optimizers
         for name in names:
-            optimisers[name].zero_grad()
+            optimizers[name].zero_grad()
         self._fabric.backward(loss)
         for name in names:
             if self._clip:
                 self._fabric.clip_gradients(
-                    networks[name], optimisers[name], max_norm=self._clip, error_if_nonfinite=False
+                    networks[name], optimizers[name], max_norm=self._clip, error_if_nonfinite=False
                 )
-            optimisers[name].step()
+            optimizers[name].step()
 
 
 class _Run:
-    """A run and its state: networks, optimisers, what the method remembers, and these four."""
+    """A run and its state: networks, optimizers, what the method remembers, and these four."""
 
     def __init__(
         self,
@@ -159,13 +159,13 @@ class _Run:
         )
         self._bare = dict(method.networks)  # without Fabric's wrappers
         for name, network in method.networks.items():
-            if name in method.optimisers:
-                wrapped = fabric.setup(network, method.optimisers[name])
-                method.networks[name], method.optimisers[name] = wrapped
+            if name in method.optimizers:
+                wrapped = fabric.setup(network, method.optimizers[name])
+                method.networks[name], method.optimizers[name] = wrapped
             else:
                 method.networks[name] = fabric.to_device(network)
-        for optimiser in method.optimisers.values():
-            for group in optimiser.param_groups:
+        for optimizer in method.optimizers.values():
+            for group in optimizer.param_groups:
                 group["initial_lr"] = group["lr"]
         method.device = fabric.device
 
@@ -177,8 +177,8 @@ class _Run:
             _compare(self._out, json.loads(state["configuration"]), json.loads(self._configuration))
             for name, network in self._bare.items():
                 network.load_state_dict(state["networks"][name])
-            for name, optimiser in self._method.optimisers.items():
-                optimiser.load_state_dict(state["optimisers"][name])
+            for name, optimizer in self._method.optimizers.items():
+                optimizer.load_state_dict(state["optimizers"][name])
             self._method.restore(state.get("method", {}))
             self.step, self.seconds, self.best = state["step"], state["seconds"], state["best"]
             self.done = state["done"]
@@ -246,8 +246,8 @@ class _Run:
         cfg = self._cfg
         # Half a step on, so that the first is not made at a rate of 0.
         ahead = progress + 0.5 / cfg.max_steps if cfg.max_steps else progress
-        for optimiser in self._method.optimisers.values():
-            for group in optimiser.param_groups:
+        for optimizer in self._method.optimizers.values():
+            for group in optimizer.param_groups:
                 group["lr"] = group["initial_lr"] * learning_rate(ahead, cfg.warmup)
         step = _Step(self._fabric, self._method, cfg.clip, self.step, progress, self._seed)
         for name, loss in self._method.training_step(batch, step).items():
@@ -264,7 +264,7 @@ class _Run:
             if not math.isfinite(mean):
                 raise UserError(f"training: loss '{name}' is {mean} at step {self.step}: lower the learning rate")
             means[name] = mean
-        rates = {name: o.param_groups[0]["lr"] for name, o in self._method.optimisers.items()}
+        rates = {name: o.param_groups[0]["lr"] for name, o in self._method.optimizers.items()}
         self._log.scalars("loss", means, self.step)
         self._log.scalars("learning_rate", rates, self.step)
         self._losses.clear()
@@ -292,7 +292,7 @@ class _Run:
                 yield
         finally:
             self._method.networks = wrapped
-            for name in self._method.optimisers:
+            for name in self._method.optimizers:
                 self._bare[name].train()
 
     def _keep(self, metrics: dict[str, float]) -> None:
@@ -317,7 +317,7 @@ class _Run:
         released = checkpoint.Checkpoint(
             kind=self._method.kind,
             configuration=self._method.configuration,
-            normalisation=self._method.normalisation,
+            normalization=self._method.normalization,
             training=facts | {"metric": name, "value": value},
             tensors=tensors,
         )
@@ -327,7 +327,7 @@ class _Run:
         """Writes what the run resumes from."""
         self.seconds = time.perf_counter() - self._started
         if self._leads:
-            optimisers = self._method.optimisers
+            optimizers = self._method.optimizers
             state = {
                 "configuration": self._configuration,
                 "step": self.step,
@@ -335,7 +335,7 @@ class _Run:
                 "best": self.best,
                 "done": self.done,
                 "networks": {name: network.state_dict() for name, network in self._bare.items()},
-                "optimisers": {name: optimiser.state_dict() for name, optimiser in optimisers.items()},
+                "optimizers": {name: optimizer.state_dict() for name, optimizer in optimizers.items()},
                 "method": self._method.state(),
             }
             checkpoint.save_state(self._out / LAST, state)

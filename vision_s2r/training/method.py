@@ -1,4 +1,4 @@
-"""What the training loop asks of a method: its networks, its optimisers and a handful of functions.
+"""What the training loop asks of a method: its networks, its optimizers and a handful of functions.
 
 Everything a method returns (losses, metrics, pictures) is logged and saved without more code.
 """
@@ -24,10 +24,10 @@ class Step(Protocol):
     progress: float  # part of the run that is done, [0, 1]
     generator: torch.Generator  # on the CPU, a function of (seed, step, rank): the only randomness of a step
 
-    def optimise(self, loss: Tensor, *names: str) -> None:
+    def optimize(self, loss: Tensor, *names: str) -> None:
         """One update of the networks `names` down the gradient of `loss`, a scalar.
 
-        Clears their gradients, goes backward, averages over processes, clips, steps their optimisers. A loss
+        Clears their gradients, goes backward, averages over processes, clips, steps their optimizers. A loss
         that is a mean over its samples gives the same update on any number of processes.
         """
 
@@ -35,17 +35,17 @@ class Step(Protocol):
 class Method(ABC):
     """Something to train.
 
-    The constructor builds `networks` and `optimisers`: `optimisers[name]` trains `networks[name]`, a network
+    The constructor builds `networks` and `optimizers`: `optimizers[name]` trains `networks[name]`, a network
     without one stays as it is. It runs under the run's seed, on the CPU. The loop then wraps both for device
     and processes: look networks up in `self.networks` each time, and keep no reference of your own.
     """
 
     kind: ClassVar[str]  # of the released checkpoint: "translator", "q_function"
     networks: dict[str, nn.Module]
-    optimisers: dict[str, torch.optim.Optimizer]
+    optimizers: dict[str, torch.optim.Optimizer]
     released: tuple[str, ...]  # networks that go into the released checkpoint
     configuration: dict[str, Any]  # plain values: what rebuilds the networks, and all that shapes the run
-    normalisation: dict[str, Any]  # plain values: units and ranges of what goes in and comes out
+    normalization: dict[str, Any]  # plain values: units and ranges of what goes in and comes out
     device: torch.device = torch.device("cpu")  # set by the loop before the first step
 
     @abstractmethod
@@ -54,7 +54,7 @@ class Method(ABC):
 
     @abstractmethod
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
-        """One step on `batch` (on the device), updates through `step.optimise`. Returns scalar losses."""
+        """One step on `batch` (on the device), updates through `step.optimize`. Returns scalar losses."""
 
     @abstractmethod
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
@@ -69,7 +69,7 @@ class Method(ABC):
         return {}
 
     def state(self) -> dict[str, Any]:
-        """Plain values: what later steps depend on besides networks, optimisers and configuration."""
+        """Plain values: what later steps depend on besides networks, optimizers and configuration."""
         return {}
 
     def restore(self, state: dict[str, Any]) -> None:  # noqa: B027 (most remember nothing)

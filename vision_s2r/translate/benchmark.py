@@ -23,7 +23,7 @@ from vision_s2r.training import ViewSource, checkpoint, train
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.training.loop import LAST
 from vision_s2r.translate import benchmark_report, speed
-from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig, WideningConfig, check, check_benchmark
+from vision_s2r.translate.config import BenchmarkConfig, CameraAdrConfig, TranslateConfig, check, check_benchmark
 from vision_s2r.translate.pix2pix import Pix2Pix
 from vision_s2r.translate.rcan import Rcan, check_views, depth_range
 
@@ -119,7 +119,7 @@ def _ways(
     never = 10**9  # the benchmark validates by itself
     training = replace(cfg.training, max_steps=0, max_minutes=benchmark.minutes, validate_every=never)
     loss = replace(cfg.loss, adversarial=0.0)
-    ours = replace(cfg, training=training, loss=loss, widening=WideningConfig(), start="")
+    ours = replace(cfg, training=training, loss=loss, adr=CameraAdrConfig(), start="")
     picture = replace(ours, loss=replace(loss, segmentation=0.0, depth=0.0, rectification=0.0))
     theirs = replace(picture, training=replace(training, learning_rate=benchmark.learning_rate))
     rest = (camera, validation_camera, views.margin, depth_range(views))

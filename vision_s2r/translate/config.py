@@ -9,7 +9,7 @@ from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
-PICTURES = ("randomised", "real")
+PICTURES = ("randomized", "real")
 ADVERSARIAL_FORMS = ("hinge", "least_squares")
 PICTURE_TERMS = ("image", "gradient", "ssim", "adversarial", "perceptual", "vgg")  # what the picture is learnt from
 
@@ -41,7 +41,7 @@ class LossConfig:
 
 
 @dataclass
-class WideningConfig:
+class CameraAdrConfig:
     """When the camera's ranges widen by themselves; without limits they do not, and the rest is not read.
 
     Performance is the share of its accuracy that the translator keeps: its error without a camera over its error under
@@ -68,10 +68,10 @@ class TranslateConfig:
     training: TrainingConfig = field(
         default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=32, metric="l1", mode="min")
     )
-    widening: WideningConfig = field(default_factory=WideningConfig)
+    adr: CameraAdrConfig = field(default_factory=CameraAdrConfig)
     q_function: str = ""  # a released canonical policy that judges translations; empty: none does
     start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
-    validate_on: str = "real"  # randomised | real: what the validation camera looks at
+    validate_on: str = "real"  # randomized | real: what the validation camera looks at
     pictures: int = 6  # validation scenes shown in the grid
 
 
@@ -98,8 +98,8 @@ def check(cfg: TranslateConfig) -> None:
             "expected a policy's best.safetensors"
         )
     for key in ("every", "probes"):
-        if getattr(cfg.widening, key) <= 0:
-            raise UserError(f"translate.widening.{key} = {getattr(cfg.widening, key)}: expected a number above 0")
+        if getattr(cfg.adr, key) <= 0:
+            raise UserError(f"translate.adr.{key} = {getattr(cfg.adr, key)}: expected a number above 0")
     if cfg.validate_on not in PICTURES:
         raise UserError(f"translate.validate_on = '{cfg.validate_on}': {nearest(cfg.validate_on, PICTURES)}")
     if cfg.pictures <= 0:

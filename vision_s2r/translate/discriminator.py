@@ -8,7 +8,7 @@ from vision_s2r.translate.config import DiscriminatorConfig
 
 
 class PatchDiscriminator(nn.Module):
-    """Spectrally normalised convolutions (Miyato et al. 2018, arXiv:1802.05957); no statistics over the batch."""
+    """Spectrally normalized convolutions (Miyato et al. 2018, arXiv:1802.05957); no statistics over the batch."""
 
     def __init__(self, cfg: DiscriminatorConfig, pictures: int = 2):
         """`pictures`: how many it sees at once; a translation beside its source, or one alone."""

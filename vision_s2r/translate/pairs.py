@@ -27,17 +27,17 @@ class Pairs:
         self._margin, self._depth_range = margin, depth_range
 
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
-        """The tensors of a training step, one randomised picture of each scene as its source."""
+        """The tensors of a training step, one randomized picture of each scene as its source."""
         batch = {name: views.batch(name, draw.indices) for name in self.names}
-        randomised = views.batch("randomised", draw.indices)
-        which = draw.integers(randomised.shape[1])
-        return batch | {"source": randomised[torch.arange(len(which)), which]}
+        randomized = views.batch("randomized", draw.indices)
+        which = draw.integers(randomized.shape[1])
+        return batch | {"source": randomized[torch.arange(len(which)), which]}
 
     def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
         """The tensors of held-out scenes, the (first) picture of a look as the source."""
         batch = {name: views.batch(name, indices) for name in (*self.names, *self._labels)}
         pictures = views.batch(look, indices)
-        return batch | {"source": pictures[:, 0] if look == "randomised" else pictures}
+        return batch | {"source": pictures[:, 0] if look == "randomized" else pictures}
 
     def __call__(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
         """The sources as a camera sees them, float [B, 3, H, W] in [0, 1] without margin, and their targets."""

@@ -15,8 +15,8 @@ VGG_LAYERS = (3, 8, 15)  # relu1_2, relu2_2, relu3_3 (Johnson et al. 2016)
 MEAN, SPREAD = (0.485, 0.456, 0.406), (0.229, 0.224, 0.225)  # of ImageNet's pictures, by channel
 
 
-class Judge(Protocol):
-    """A frozen policy, as `vision_s2r.grasp.Judge`; cameras and grasps as there."""
+class QFeatures(Protocol):
+    """A frozen policy, as `vision_s2r.grasp.FrozenQ`; cameras and grasps as there."""
 
     size: int  # side of its pictures, px
 
@@ -33,7 +33,7 @@ class Judge(Protocol):
         """Metrics of logits in translated and true pictures [N, K] and labels [N, K]."""
 
 
-def scores(judge: Judge, translated: Tensor, target: Mapping[str, Tensor]) -> Tensor:
+def scores(judge: QFeatures, translated: Tensor, target: Mapping[str, Tensor]) -> Tensor:
     """[B, K, 3]: logits of the labelled grasps in the translated and the true canonical pictures, and the labels."""
     where = target["intrinsics"], target["extrinsics"], target["grasps"]
     logits = [judge.logits(pictures, *where) for pictures in (translated, target["canonical"])]

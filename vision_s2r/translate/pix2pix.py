@@ -20,9 +20,9 @@ class Pix2PixUNet(nn.Module):
 
     In: float [B, 3, H, W] in [0, 1], H and W multiples of 2^levels. Out: `canonical` [B, 3, H, W] in [0, 1].
 
-    As published: no normalisation in the first level, at the bottom and at the end, leaky ReLU (0.2) down and ReLU up,
-    tanh at the end, weights from N(0, 0.02). The published batch normalisation takes the batch's statistics in test
-    too; at the published batch of one that is instance normalisation, which it is here at any batch. (With running
+    As published: no normalization in the first level, at the bottom and at the end, leaky ReLU (0.2) down and ReLU up,
+    tanh at the end, weights from N(0, 0.02). The published batch normalization takes the batch's statistics in test
+    too; at the published batch of one that is instance normalization, which it is here at any batch. (With running
     averages in test the error fell later.) There is no dropout: it is the noise of a GAN, which is not trained here.
     """
 
@@ -74,7 +74,7 @@ class Pix2Pix(Rcan):
         unet = Pix2PixUNet(levels(size), width)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
-        self.optimisers: dict[str, torch.optim.Optimizer] = {"unet": adamw(unet, cfg.training)}
+        self.optimizers: dict[str, torch.optim.Optimizer] = {"unet": adamw(unet, cfg.training)}
         reference: dict[str, Any] = {"levels": levels(size), "width": width}
         self.configuration["network"] = reference
 
@@ -84,5 +84,5 @@ def levels(size: int) -> int:
     return min(LEVELS, (size & -size).bit_length() - 1)
 
 
-def _norm(channels: int, normalised: bool) -> nn.Module:
-    return nn.InstanceNorm2d(channels, affine=True) if normalised else nn.Identity()
+def _norm(channels: int, normalized: bool) -> nn.Module:
+    return nn.InstanceNorm2d(channels, affine=True) if normalized else nn.Identity()

@@ -8,22 +8,22 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.randomize import Dimension, Range
-from vision_s2r.translate.widening import Widening
+from vision_s2r.translate.adr import CameraAdr
 
 HAND_PICKED, WIDENED = "#9aa5b1", "#2f7ed8"
 DPI = 100
 
 
-def draw(widening: Widening) -> Tensor:
+def draw(adr: CameraAdr) -> Tensor:
     """A row a dimension, from its lower to its upper limit: float [3, H, W] in [0, 1]."""
-    dimensions = widening.ranges.dimensions
+    dimensions = adr.ranges.dimensions
     rows = np.arange(len(dimensions))
     figure = Figure(figsize=(7.5, 0.7 + 0.2 * len(dimensions)), dpi=DPI, layout="constrained")
     axes = figure.subplots()
-    hand_picked = np.array([_hand_picked(widening, each) for each in dimensions])
+    hand_picked = np.array([_hand_picked(adr, each) for each in dimensions])
     for ends, offset, colour, label in (
         (hand_picked, -0.2, HAND_PICKED, "picked by hand"),
-        (widening.ranges.bounds, 0.2, WIDENED, "widened"),
+        (adr.ranges.bounds, 0.2, WIDENED, "widened"),
     ):
         axes.barh(rows + offset, np.diff(ends)[:, 0], 0.4, left=ends[:, 0], color=colour, label=label)
     labels = [f"{each.name.replace('_', ' ').replace('.', ', ')}: {each.low:g} to {each.high:g}" for each in dimensions]
@@ -36,13 +36,11 @@ def draw(widening: Widening) -> Tensor:
     return _pixels(figure)
 
 
-def _hand_picked(widening: Widening, dimension: Dimension) -> tuple[float, float]:
+def _hand_picked(adr: CameraAdr, dimension: Dimension) -> tuple[float, float]:
     """The ends of the camera's own range, as shares of the limits."""
     scale = CAMERA_EFFECTS[dimension.effect].parameter(dimension.parameter).scale
     limits = Range(dimension.low, dimension.high)
-    low, high = (
-        limits.position(end, scale) for end in widening.camera.ranges[dimension.effect].ranges[dimension.parameter]
-    )
+    low, high = (limits.position(end, scale) for end in adr.camera.ranges[dimension.effect].ranges[dimension.parameter])
     return low, high
 
 

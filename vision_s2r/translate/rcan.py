@@ -16,13 +16,13 @@ from vision_s2r.scene import CLASSES
 from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
 from vision_s2r.training.data import require
 from vision_s2r.translate import losses, perceptual, pictures
+from vision_s2r.translate.adr import CameraAdr
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
 from vision_s2r.translate.metrics import overlap, picture_metrics, ratio
 from vision_s2r.translate.pairs import LABELS, Pairs, needed
-from vision_s2r.translate.perceptual import Judge, Vgg
+from vision_s2r.translate.perceptual import QFeatures, Vgg
 from vision_s2r.translate.range_picture import draw
-from vision_s2r.translate.widening import Widening
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -41,15 +41,15 @@ class Rcan(Method):
         validation_camera: CameraConfig,
         margin: int,
         depth_range: tuple[float, float],
-        widening: Widening | None = None,
-        judge: Judge | None = None,
+        adr: CameraAdr | None = None,
+        judge: QFeatures | None = None,
     ):
         """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
 
-        `widening`: whose ranges take the place of the camera's. `judge`: a frozen policy that validation asks, and the
+        `adr`: whose ranges take the place of the camera's. `judge`: a frozen policy that validation asks, and the
         perceptual loss.
         """
-        self._widening, self._judge = widening, judge
+        self._adr, self._judge = adr, judge
         self._vgg = Vgg() if cfg.loss.vgg > 0 else None
         self._cfg, self._depth_range = cfg, depth_range
         self._pairs = Pairs(cfg, margin, depth_range, judged=judge is not None)
@@ -60,35 +60,35 @@ class Rcan(Method):
             checkpoint.load(cfg.start, self.kind).restore("unet", unet)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
-        self.optimisers = {"unet": adamw(unet, cfg.training)}
+        self.optimizers = {"unet": adamw(unet, cfg.training)}
         if cfg.loss.adversarial > 0:
             discriminator = PatchDiscriminator(cfg.discriminator)
             self.networks["discriminator"] = discriminator
-            self.optimisers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
+            self.optimizers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = _configuration(cfg) | {"heads": heads} | cameras
-        self.normalisation = {"depth_range": list(depth_range)}
+        self.normalization = {"depth_range": list(depth_range)}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
         return self._pairs.drawn(views, draw)
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         cfg = self._cfg.loss
-        if self._widening and self._widening.due(step):
-            self._probe(self._widening, step)
+        if self._adr and self._adr.due(step):
+            self._probe(self._adr, step)
         source, target = self._pairs(batch, self._camera, self._drawn(batch, step))
         output = self.networks["unet"](source)
         terms = losses.supervised(cfg, output, target) | self._perceived(output, target, step)
         if "discriminator" not in self.networks:
-            step.optimise(losses.weighted(cfg, terms), "unet")
+            step.optimize(losses.weighted(cfg, terms), "unet")
             return terms
         discriminator, fake = self.networks["discriminator"], output["canonical"]
         with frozen(discriminator):
             terms["adversarial"] = losses.adversarial(cfg.adversarial_form, discriminator(source, fake))
-        step.optimise(losses.weighted(cfg, terms), "unet")
+        step.optimize(losses.weighted(cfg, terms), "unet")
         scores = [discriminator(source, picture) for picture in (target["canonical"], fake.detach())]
         terms["discriminator"] = losses.discrimination(cfg.adversarial_form, *scores)
-        step.optimise(terms["discriminator"], "discriminator")
+        step.optimize(terms["discriminator"], "discriminator")
         return terms
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:
@@ -112,9 +112,9 @@ class Rcan(Method):
         metrics = {name: float(part / whole) for name, (part, whole) in sums.items()}
         if self._judge:
             metrics |= self._judge.measure(*torch.cat(scores).unbind(-1))
-        if self._widening:
-            self._widening.note()
-            metrics |= self._widening.metrics()
+        if self._adr:
+            self._adr.note()
+            metrics |= self._adr.metrics()
         return metrics
 
     def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
@@ -128,7 +128,7 @@ class Rcan(Method):
         if "depth" in output:
             columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
         found = {"translation": pictures.grid(columns)}
-        return found | ({"ranges": draw(self._widening)} if self._widening else {})
+        return found | ({"ranges": draw(self._adr)} if self._adr else {})
 
     def held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, float [B, 3, H, W] in [0, 1], and their targets, on the device."""
@@ -138,11 +138,11 @@ class Rcan(Method):
         )
 
     def state(self) -> dict[str, Any]:
-        return self._widening.state() if self._widening else {}
+        return self._adr.state() if self._adr else {}
 
     def restore(self, state: dict[str, Any]) -> None:
-        if self._widening:
-            self._widening.restore(state)
+        if self._adr:
+            self._adr.restore(state)
 
     def _perceived(self, output: Batch, target: Batch, step: Step) -> dict[str, Tensor]:
         """The terms that compare the pictures as frozen networks see them, without their weights."""
@@ -158,17 +158,17 @@ class Rcan(Method):
     def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
         """What the camera does to the pictures of a training step."""
         count, size = batch["canonical"].shape[:2]
-        if self._widening:
-            return self._widening.sample(step, count, size)
+        if self._adr:
+            return self._adr.sample(step, count, size)
         return self._camera.sample(count, step.generator, size, size)
 
     @torch.no_grad()
-    def _probe(self, widening: Widening, step: Step) -> None:
+    def _probe(self, adr: CameraAdr, step: Step) -> None:
         """Records what share of its accuracy the translator keeps at the ranges' boundaries, on held-out views."""
-        scenes, parameters, boundary = widening.probe(step)
-        batch = self._read(widening.views, scenes)
+        scenes, parameters, boundary = adr.probe(step)
+        batch = self._read(adr.views, scenes)
         clean = self._errors(batch, CameraParameters.of({}, len(scenes)))
-        widening.ranges.record(boundary, (clean / self._errors(batch, parameters)).double().cpu().numpy())
+        adr.ranges.record(boundary, (clean / self._errors(batch, parameters)).double().cpu().numpy())
 
     def _errors(self, batch: Batch, parameters: CameraParameters) -> Tensor:
         """Absolute error [B] of the canonical pictures, in which objects count as in the loss."""
@@ -215,7 +215,7 @@ def train_translator(
     validation_camera: CameraConfig,
     out: Path,
     seed: int,
-    judge: Judge | None = None,
+    judge: QFeatures | None = None,
 ) -> Path:
     """Trains RCAN in the folder `out`, or goes on there, and returns the best checkpoint.
 
@@ -227,10 +227,8 @@ def train_translator(
     if judge and judge.size != views.size:
         raise UserError(f"{cfg.q_function} judges pictures of {judge.size} px: the views have {views.size} px")
     check_views(cfg, views, validation, judged=judge is not None)
-    widening = (
-        Widening(cfg.widening, Camera.from_config(camera), validation, seed, out) if cfg.widening.limits else None
-    )
-    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), widening, judge)
+    adr = CameraAdr(cfg.adr, Camera.from_config(camera), validation, seed, out) if cfg.adr.limits else None
+    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), adr, judge)
     return train(method, views, validation, cfg.training, out, seed).best
 
 
@@ -243,7 +241,7 @@ def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource,
     for part, source in (("training", views), ("validation", validation)):
         if source.size % stride:
             raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
-        picture = "randomised" if part == "training" else cfg.validate_on
+        picture = "randomized" if part == "training" else cfg.validate_on
         labels = LABELS if judged and part == "validation" else ()
         require(part, source, (picture, *needed(cfg, judged), *labels))
     if views.margin != validation.margin:
@@ -262,8 +260,8 @@ def depth_range(views: ViewSource) -> tuple[float, float]:
 def _configuration(cfg: TranslateConfig) -> dict[str, Any]:
     """What shapes a run: all but what is off."""
     found = asdict(cfg)
-    if not cfg.widening.limits:
-        del found["widening"]
+    if not cfg.adr.limits:
+        del found["adr"]
     if not cfg.q_function:
         del found["q_function"]
     for name in ("perceptual", "vgg"):

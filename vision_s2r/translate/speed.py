@@ -51,18 +51,18 @@ def _calls(cfg: TranslateConfig, build: Callable[[], Rcan], views: ViewSource) -
     fabric = Fabric(accelerator=training.accelerator, devices=1, precision=training.precision)  # type: ignore[arg-type]
     method.device = fabric.device
     bare = method.networks["unet"]
-    network, optimiser = fabric.setup(bare, method.optimisers["unet"])
+    network, optimizer = fabric.setup(bare, method.optimizers["unet"])
     indices = torch.arange(min(training.batch_size, len(views)))
     source, target = method.held_out(views, indices, generator(VALIDATION))
 
     def step() -> None:
         bare.train()
         loss = losses.weighted(cfg.loss, losses.supervised(cfg.loss, network(source), target))
-        optimiser.zero_grad()
+        optimizer.zero_grad()
         fabric.backward(loss)
         if training.clip:
-            fabric.clip_gradients(network, optimiser, max_norm=training.clip, error_if_nonfinite=False)
-        optimiser.step()
+            fabric.clip_gradients(network, optimizer, max_norm=training.clip, error_if_nonfinite=False)
+        optimizer.step()
         _wait(source)
 
     @torch.no_grad()

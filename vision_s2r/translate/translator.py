@@ -27,7 +27,7 @@ class Translator:
         found = checkpoint.load(path, "translator")
         try:
             network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
-            depth_range = tuple(found.normalisation["depth_range"]) if "depth" in network.heads else None
+            depth_range = tuple(found.normalization["depth_range"]) if "depth" in network.heads else None
         except (KeyError, TypeError, ValueError) as error:
             raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
         found.restore("unet", network)

@@ -14,7 +14,7 @@ from vision_s2r.effects import Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.images import to_float, to_uint8
 
-# ITU-T T.81, tables K.1 and K.2: the quantisation of luminance and chrominance at quality 50.
+# ITU-T T.81, tables K.1 and K.2: the quantization of luminance and chrominance at quality 50.
 _LUMINANCE = [
     [16, 11, 10, 16, 24, 40, 51, 61],
     [12, 12, 14, 19, 26, 58, 60, 55],
@@ -82,8 +82,8 @@ def differentiable_jpeg(images: Tensor, quality: Tensor) -> Tensor:
     to_ycbcr = torch.tensor(_TO_YCBCR, dtype=images.dtype, device=images.device)
     # Centred on 0, as the transform wants it: luminance less 128, chrominance without its 128.
     ycbcr = _round(torch.einsum("ij,bjhw->bihw", to_ycbcr, _round(wider * 255)))
-    luminance = _quantised(ycbcr[:, :1] - 128, _table(_LUMINANCE, quality))[..., :height, :width]
-    chrominance = _quantised(_halved(ycbcr[:, 1:]), _table(_CHROMINANCE, quality))
+    luminance = _quantized(ycbcr[:, :1] - 128, _table(_LUMINANCE, quality))[..., :height, :width]
+    chrominance = _quantized(_halved(ycbcr[:, 1:]), _table(_CHROMINANCE, quality))
     chrominance = chrominance[..., : (width + 1) // 2]  # without the filling
     chrominance = F.interpolate(chrominance, scale_factor=2, mode="bilinear", align_corners=False)
     ycbcr = torch.cat([luminance + 128, _round(chrominance[..., :height, :width])], dim=1)
@@ -98,8 +98,8 @@ def _halved(planes: Tensor) -> Tensor:
     return straight_through((mean + bias).floor(), mean)
 
 
-def _quantised(planes: Tensor, table: Tensor) -> Tensor:
-    """Planes [B, C, H, 8w], the cosine transform of their blocks quantised by `table` [B, 8, 8]."""
+def _quantized(planes: Tensor, table: Tensor) -> Tensor:
+    """Planes [B, C, H, 8w], the cosine transform of their blocks quantized by `table` [B, 8, 8]."""
     batch, channels, height, width = planes.shape
     filled = F.pad(planes, (0, 0, 0, -height % 8), mode="replicate")
     cosines = _cosines(planes)
@@ -121,7 +121,7 @@ def _cosines(like: Tensor) -> Tensor:
 
 
 def _table(base: list[list[int]], quality: Tensor) -> Tensor:
-    """libjpeg's quantisation steps [B, 8, 8] at `quality` [B] (jpeg_set_quality)."""
+    """libjpeg's quantization steps [B, 8, 8] at `quality` [B] (jpeg_set_quality)."""
     quality = _round(quality).clamp(1, 100)[:, None, None]
     percent = torch.where(quality < 50, 5000 / quality, 200 - 2 * quality)
     percent = straight_through(percent.floor(), percent)

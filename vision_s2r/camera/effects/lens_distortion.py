@@ -14,7 +14,7 @@ _NEWTON_STEPS = 4  # far from the fold, 1e-4 px
 
 @CAMERA_EFFECTS.register
 class LensDistortion(CameraEffect):
-    """OpenCV's radial model: what stands at r appears at r·(1 + k1·r² + k2·r⁴), normalised coordinates.
+    """OpenCV's radial model: what stands at r appears at r·(1 + k1·r² + k2·r⁴), normalized coordinates.
 
     A strong barrel folds back at some radius, beyond which it shows nothing; there the fold's ring repeats.
     Differentiable in picture and parameters.

@@ -13,7 +13,7 @@ from vision_s2r.effects import Parameter
 class ReadNoise(CameraEffect):
     """Gaussian noise, independent for each pixel and channel, in linear light.
 
-    Differentiable in picture and sigma: the noise is sigma times fixed draws (reparametrisation).
+    Differentiable in picture and sigma: the noise is sigma times fixed draws (reparametrization).
     """
 
     name = "read_noise"

@@ -28,7 +28,7 @@ def rounded(position: float, resolution: float) -> float:
 
 
 @compiled
-def quantise(states: np.ndarray, resolution: float, sample_time: float, times: np.ndarray) -> None:
+def quantize(states: np.ndarray, resolution: float, sample_time: float, times: np.ndarray) -> None:
     """What the encoder shows of the states [T, 2], in place; at `times` [T], or every `sample_time` where empty."""
     length = len(states)
     for k in range(length):

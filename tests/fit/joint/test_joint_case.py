@@ -1,0 +1,74 @@
+"""Joints simulated by the generator's own code, diagnosed as a user would."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vision_s2r.cli import compose
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose, open_case
+from vision_s2r.gapbench.generate import joint
+from vision_s2r.joint import DYNAMICS
+from vision_s2r.recording import read
+
+
+def sealed(case: str, index: int, folder: Path) -> joint.Machine:
+    found = joint.machine(case, index, "tuning", np.random.default_rng([5, joint.CASES.index(case), index]))
+    folder.mkdir(exist_ok=True)
+    found.write(folder)
+    return found
+
+
+def reported(folder: Path, withhold: tuple[str, ...] = ()) -> dict[str, Any]:
+    cfg = replace(compose(DiagnoseConfig, "diagnose", ["recording=x"]), withhold=list(withhold))
+    return diagnose(read(folder), cfg).report
+
+
+def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
+    truth = sealed("pair", 3, tmp_path / "log").answer.effects
+    command = [sys.executable, "scripts/diagnose.py", f"recording={tmp_path / 'log'}"]
+    for out, jobs in (("once", 1), ("again", 2)):
+        done = subprocess.run([*command, f"out={tmp_path / out}", f"jobs={jobs}"], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "once" / "report.json").read_text())
+    assert report["verdict"] == "explained" and report["gap"]["shrink"] > 0.95
+    named = {effect["name"]: effect["parameters"] for effect in report["effects"]}
+    assert named.keys() == truth.keys()
+    for name, values in truth.items():
+        for key, value in values.items():
+            assert named[name][key]["value"] == pytest.approx(value, rel=0.02)
+    assert report == json.loads((tmp_path / "again" / "report.json").read_text())
+    assert "torque saturation" in (tmp_path / "once" / "report.html").read_text().lower()
+    assert (tmp_path / "once" / "patch" / "mujoco.xml").exists()
+
+
+def test_nothing_is_found_where_nothing_is(tmp_path: Path) -> None:
+    sealed("null", 0, tmp_path)
+    report = reported(tmp_path)
+    assert report["verdict"] == "no_gap" and report["effects"] == []
+
+
+def test_a_wrong_parameter_is_no_effect_and_may_be_withheld(tmp_path: Path) -> None:
+    truth = sealed("dynamics", 0, tmp_path).answer.effects
+    report = reported(tmp_path)
+    assert [effect["name"] for effect in report["effects"]] == list(truth)
+    assert report["effects"][0]["source"] == "dynamics"
+    assert [effect["name"] for effect in reported(tmp_path, tuple(truth))["effects"]] != list(truth)
+
+
+def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path) -> None:
+    sealed("null", 0, tmp_path)
+    case = open_case(read(tmp_path), DYNAMICS)
+    assert not case.refitted and "compliance" not in case.not_excited
+
+
+def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
+    assert sealed("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
+    report = reported(tmp_path)
+    assert report["verdict"] == "unexplained" and report["effects"] == []

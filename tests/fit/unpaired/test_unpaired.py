@@ -1,0 +1,117 @@
+"""Two sets of pictures of different scenes: what is named, how large it is, and what is kept silent about."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.fit.unpaired.scenes import of, recording, scenes
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.diagnose.report import report
+from vision_s2r.diagnose.search import Search
+from vision_s2r.errors import UserError
+from vision_s2r.fit.case import NOMINAL
+from vision_s2r.fit.unpaired import UnpairedCase
+from vision_s2r.recording import CameraRecording
+
+LIMITS = SearchConfig(folds=2, beam=1, breadth=4, contenders=2)  # as configs/diagnose.yaml has a camera's
+
+
+def case_of(pictures: CameraRecording, without: Sequence[str] = ()) -> UnpairedCase:
+    return UnpairedCase(pictures, {e.name: e for e in CAMERA_EFFECTS if e.name not in without})
+
+
+def diagnosed(pictures: CameraRecording, without: Sequence[str] = ()) -> dict[str, Any]:
+    case = case_of(pictures, without)
+    assessor = Assessor(case, LIMITS, 1, 0)
+    return report(case, assessor, Search(case, assessor).run())
+
+
+def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:
+    return next(each["parameters"] for each in result["effects"] if each["name"] == name)
+
+
+def test_different_scenes_are_no_gap() -> None:
+    for seed in (1, 2):
+        result = diagnosed(recording({}, seed))
+        assert result["verdict"] == "no_gap" and result["effects"] == []
+        assert result["gap"]["before"] == pytest.approx(result["gap"]["floor"], rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("defocus_blur", {"radius": 1.8}),
+        ("read_noise", {"sigma": 0.02}),
+        ("white_balance", {"red": 1.2, "blue": 0.85}),
+        ("vignetting", {"strength": 0.6}),
+        ("jpeg_compression", {"quality": 40.0}),
+    ],
+)
+def test_names_one_effect_and_its_size(name: str, values: dict[str, float]) -> None:
+    result = diagnosed(recording({name: values}, 3))
+    assert [each["name"] for each in result["effects"]] == [name]
+    assert result["verdict"] == "explained"
+    for key, found in parameters(result, name).items():
+        assert found["value"] == pytest.approx(values[key], rel=0.1)
+    assert result["gap"]["shrink"] > 0.9
+
+
+def test_names_two_effects_which_share_the_gap() -> None:
+    result = diagnosed(recording({"defocus_blur": {"radius": 1.5}, "read_noise": {"sigma": 0.015}}, 4))
+    assert {each["name"] for each in result["effects"]} == {"defocus_blur", "read_noise"}
+    assert sum(each["share"] for each in result["effects"]) > 0.9
+
+
+def test_is_silent_about_what_needs_pairs() -> None:
+    result = diagnosed(recording({}, 5))
+    not_excited = {each["name"] for each in result["candidates"] if each["status"] == "not_excited"}
+    assert not_excited == {"camera_pose_offset", "lens_distortion", "chromatic_aberration", "cast_shadow"}
+    assert "pairs" in result["next_experiment"]
+    sim, real = (scenes(6, seed).mean(-1, keepdims=True).repeat(3, -1) for seed in (0, 1))
+    assert "white_balance" in case_of(of(sim, real, grey=True)).not_excited
+
+
+def test_a_tone_that_no_effect_gives_stays_without_a_name() -> None:
+    sim, real = scenes(16, 0), scenes(16, 1)
+    posterized = real + 0.12 * np.sin(4 * np.pi * real)
+    result = diagnosed(of(sim, posterized))
+    assert result["verdict"] in ("unexplained", "partly_explained")
+    assert not {each["name"] for each in result["effects"]} & {"defocus_blur", "vignetting", "jpeg_compression"}
+
+
+@pytest.mark.slow
+def test_withheld_blur_is_unknown_or_its_twin() -> None:
+    blurs = {"defocus_blur", "motion_blur", "low_resolution"}
+    result = diagnosed(recording({"defocus_blur": {"radius": 2.5}}, 6), without=sorted(blurs))
+    assert result["effects"] == [] and result["verdict"] == "unexplained"
+    assert result["where"][0]["axis"] in ("statistic", "spectrum", "noise")
+
+
+def test_twice_the_same() -> None:
+    pictures = recording({"shot_noise": {"full_well": 300.0}}, 7, count=8)
+    first, second = (case_of(pictures).fit(frozenset({"shot_noise"}), range(8), None) for _ in range(2))
+    assert first == second
+
+
+def test_bands_of_an_interval_hold_the_truth_and_shrink_with_pictures() -> None:
+    widths = []
+    for count in (8, 32):
+        case = case_of(recording({"vignetting": {"strength": 0.5}}, 8, count))
+        fitted = case.fit(frozenset({"vignetting"}), range(count), NOMINAL)
+        low, high = case.intervals(fitted)["vignetting"]["strength"]
+        assert low - 0.05 < 0.5 < high + 0.05
+        widths.append(high - low)
+    assert widths[1] < widths[0]
+
+
+def test_a_mask_that_leaves_too_little_is_an_error() -> None:
+    pictures = recording({}, 9, count=4)
+    mask = np.zeros(pictures.sim.shape[:3], dtype=bool)
+    mask[:, :10, :10] = True
+    with pytest.raises(UserError, match="mask/"):
+        case_of(replace(pictures, mask=mask))

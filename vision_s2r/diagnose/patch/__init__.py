@@ -1,5 +1,0 @@
-"""The diagnosed effects, as other programs take them: for each format, the effects that it can express."""
-
-from vision_s2r.diagnose.patch.patch import write_patch
-
-__all__ = ["write_patch"]

@@ -1,0 +1,79 @@
+"""The gap on episodes or frames that no fit has seen, and whose it is: Shapley's shares of the effects."""
+
+import itertools
+import math
+
+import numpy as np
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.search import Found
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis
+from vision_s2r.fit.gap import Gap
+
+
+def measure(case: Case, assessor: Assessor, found: Found) -> Gap:
+    """The gap of a recording before and after."""
+    return Gap(
+        held_out(case, assessor, found.nominal),
+        held_out(case, assessor, found.refitted),
+        held_out(case, assessor, found.final),
+        case.floor(range(case.segments)),
+        assessor.seed,
+    )
+
+
+def held_out(case: Case, assessor: Assessor, assessment: Assessment) -> np.ndarray:
+    """Mean squared error [segments], each segment under the fit that has not seen it."""
+    error = np.empty(case.segments)
+    for held, hypothesis in zip(assessor.folds, assessment.folds, strict=True):
+        error[list(held)] = case.error(hypothesis, held)
+    return error
+
+
+def shapley(case: Case, assessor: Assessor, found: Found) -> dict[str, np.ndarray]:
+    """The part [segments] of the squared gap that each name closes: Shapley's value over the orders of adding them.
+
+    Parameters stay at the diagnosis; a set's worth is the fall of the error when it is switched on. With eight names
+    or more, names beyond the seven of most effect are added last.
+    """
+    names = sorted(found.final.names, key=lambda name: -_alone(case, assessor, found, name))
+    players, last = names[:7], names[7:]
+    worth = {
+        subset: held_out_of(case, assessor, found, frozenset(subset))
+        for size in range(len(players) + 1)
+        for subset in itertools.combinations(players, size)
+    }
+    parts = {name: np.zeros(case.segments) for name in names}
+    for name in players:
+        others = [player for player in players if player != name]
+        for size in range(len(others) + 1):
+            weight = math.factorial(size) * math.factorial(len(others) - size) / math.factorial(len(players))
+            for subset in itertools.combinations(others, size):
+                joined = tuple(player for player in players if player in subset or player == name)
+                parts[name] += weight * (worth[subset] - worth[joined])
+    on = frozenset(players)
+    for name in last:
+        parts[name] = held_out_of(case, assessor, found, on) - held_out_of(case, assessor, found, on | {name})
+        on |= {name}
+    return parts
+
+
+def held_out_of(case: Case, assessor: Assessor, found: Found, names: frozenset[str]) -> np.ndarray:
+    """Mean squared error [segments] with only these names of the diagnosis on, at the parameters of each fold."""
+    error = np.empty(case.segments)
+    for held, hypothesis in zip(assessor.folds, found.final.folds, strict=True):
+        error[list(held)] = case.error(reduced(hypothesis, names, found.final.names), held)
+    return error
+
+
+def reduced(hypothesis: Hypothesis, names: frozenset[str], of: frozenset[str]) -> Hypothesis:
+    """The hypothesis without those of the names `of` that are not in `names`."""
+    off = of - names
+    if not names:
+        return NOMINAL
+    values = {name: value for name, value in hypothesis.values.items() if name not in off}
+    return Hypothesis(values, {key: value for key, value in hypothesis.extra.items() if key not in off})
+
+
+def _alone(case: Case, assessor: Assessor, found: Found, name: str) -> float:
+    return -float(held_out_of(case, assessor, found, frozenset({name})).mean())

@@ -1,0 +1,366 @@
+"""A paired recording of a camera as a case of the diagnosis."""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from vision_s2r.effects import Effect, Parameter
+from vision_s2r.fit.camera import axes, discrepancy, excitation
+from vision_s2r.fit.camera.coordinates import CHARTS
+from vision_s2r.fit.camera.elimination import drop_costs
+from vision_s2r.fit.camera.fitting import (
+    Target,
+    best_start,
+    columns,
+    gauss_newton,
+    normal,
+    search_factor,
+    starts,
+)
+from vision_s2r.fit.camera.intervals import Spread, spread
+from vision_s2r.fit.camera.prediction import NOISES, WARPS, Stages, encoded
+from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
+from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
+from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values
+from vision_s2r.recording import CameraRecording
+
+_DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
+_NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
+_SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
+_REMEMBERED = 12  # hypotheses whose scores are kept
+
+
+class CameraCase:
+    """Pairs of pictures beside the camera's effects.
+
+    The gap is that of coded values, pixel by pixel, in grey levels (of 255): the root mean square of what is real less
+    what is predicted. Where the amount of noise differs, the squared difference of its standard deviations counts too.
+    """
+
+    kind = "camera"
+    sharp = True
+    rough: Names = frozenset()
+    refitted: Names = frozenset()
+    metric = "pixel_rmse"
+    unit = "grey levels"
+    described = (
+        "coded pixel values of frames that no fit has seen, real against predicted; a difference in the amount of "
+        "noise counts by the difference of its standard deviations"
+    )
+
+    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect]) -> None:
+        torch.set_num_threads(1)
+        self.recording = recording
+        self.library = library
+        self.segments = len(recording)
+        self.discrepancies = discrepancy.available(recording.grey)
+        self.study: Study = study(recording, library)
+        self.certain: Mapping[str, float] = {"jpeg_compression": self.study.jpeg[1]} if self.study.jpeg else {}
+        self.not_excited: Mapping[str, str] = self.study.not_excited
+        self._target = Target(self.study.pictures, self.study.yardstick.variance, self.study.yardstick.counted)
+        self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+        self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
+        self._spreads: dict[tuple[object, ...], Spread] = {}
+        self._frames = frames_of_a_fit(self.study.pictures)
+        self._lock = threading.Lock()
+
+    # -- fitting
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's own unit."""
+        return parameter.unit
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        key = (names, tuple(segments))
+        if key not in self._fits:
+            self._fits[key] = self._fit(names, tuple(segments), start)
+        return self._fits[key]
+
+    @torch.inference_mode()
+    def _fit(self, names: Names, segments: tuple[int, ...], start: Hypothesis | None) -> Hypothesis:
+        effects = sorted(names & self.library.keys())
+        few = self._few(segments)
+        values = self._begin(frozenset(effects), start, few)
+        noisy = [name for name in effects if name in NOISES]
+        moving = [name for name in effects if name in CHARTS]
+        if noisy:
+            values |= self.study.yardstick.noise.fit(values, noisy, self.study.bins, segments)
+        whole = len(segments) == self.segments
+        found = gauss_newton(self._target, values, moving, few, 6 if whole else 3)[0]
+        if "low_resolution" in names:
+            found = search_factor(self._target, found, few)[0]
+            found = gauss_newton(self._target, found, moving, few, 2)[0]
+        if noisy and moving:
+            found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, segments)}
+        ordered = {name: dict(found[name]) for name in effects}
+        return Hypothesis(
+            ordered, self._fit_discrepancies(ordered, sorted(names & self.discrepancies.keys()), list(segments))
+        )
+
+    def _few(self, segments: Sequence[int]) -> list[int]:
+        """The frames that show most, of these."""
+        return sorted([segment for segment in self.study.ranked if segment in set(segments)][: self._frames])
+
+    def _begin(self, names: Names, start: Hypothesis | None, few: list[int]) -> dict[str, dict[str, float]]:
+        """Values of all of `names` from which a fit of them should end well."""
+        moving = frozenset(name for name in names if name not in NOISES)
+        values: dict[str, dict[str, float]] = {}
+        known = dict(start.values) if start is not None and names <= start.values.keys() else self.study.known(moving)
+        if known is None:
+            known = dict(start.values) if start is not None else {}
+        for name in sorted(names):
+            if name in known:
+                values[name] = dict(known[name])
+            elif name == "jpeg_compression":
+                values[name] = {"quality": float(self.study.jpeg[0] if self.study.jpeg else 90)}
+            elif name in NOISES:
+                values[name] = {"sigma": 0.01} if name == "read_noise" else {"full_well": 1000.0}
+        for name in sorted(moving - values.keys()):
+            options = starts(name, self.study.pictures.optics.width)
+            if name in self.study.reference:
+                options = [dict(self.study.reference[name]), *options]
+            values = {
+                each: dict(value) for each, value in best_start(self._target, values, name, few[:2], options).items()
+            }
+        return values
+
+    def _fit_discrepancies(
+        self, values: Values, names: list[str], segments: list[int]
+    ) -> dict[str, discrepancy.FittedDiscrepancy]:
+        fitted: dict[str, discrepancy.FittedDiscrepancy] = {}
+        if not names:
+            return fitted
+        segments = segments[: max(_DISCREPANCY_VALUES // self.study.pictures.sim[0].numel(), 2)]
+        mean, variance = self._mean(values, segments)
+        residual = self.study.pictures.real[segments] - self._encoded(mean, values)
+        noise = predicted_noise(self.study.yardstick, variance, mean)
+        weight = self.study.yardstick.counted[segments] / (noise + self.study.yardstick.tolerance[segments])
+        added = torch.zeros_like(mean)
+        for name in names:
+            fitted[name] = discrepancy.fit(name, residual - added, mean, weight)
+            added = added + discrepancy.add(name, fitted[name], mean, residual - added, weight)
+        return fitted
+
+    # -- predicting
+
+    def _mean(self, values: Values, segments: list[int]) -> tuple[Tensor, Tensor | None]:
+        """Before the encoder: the mean, and the variance of noise effects."""
+        plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
+        prediction = self.study.pictures.predict(plain, segments)
+        return prediction.mean, prediction.variance
+
+    @staticmethod
+    def _encoded(mean: Tensor, values: Values) -> Tensor:
+        return encoded(mean, values["jpeg_compression"]["quality"]) if "jpeg_compression" in values else mean
+
+    @torch.inference_mode()
+    def residual(self, hypothesis: Hypothesis, segments: Segments) -> tuple[Tensor, Tensor, float]:
+        """Real less predicted [B, C, H, W], the noise variance predicted, and the share of outliers."""
+        segments = list(segments)
+        mean, variance = self._mean(hypothesis.values, segments)
+        noise = predicted_noise(self.study.yardstick, variance, mean)
+        weight = self.study.yardstick.counted[segments] / (noise + self.study.yardstick.tolerance[segments])
+        real = self.study.pictures.real[segments]
+        residual = real - self._encoded(mean, hypothesis.values)
+        added = torch.zeros_like(mean)
+        for name in sorted(hypothesis.extra):
+            added = added + discrepancy.add(name, hypothesis.extra[name], mean, residual - added, weight)
+        share = float(hypothesis.extra["outliers"].coefficients[0]) if "outliers" in hypothesis.extra else 0.0
+        if hypothesis.extra:
+            residual = real - self._encoded((mean + added).clamp(0, 1), hypothesis.values)
+        return residual, noise, share
+
+    def _scored(self, hypothesis: Hypothesis, segments: Segments) -> list[FrameScore]:
+        key = (*_key(hypothesis), tuple(segments))
+        if key not in self._scores:
+            scores: list[FrameScore] = []
+            for segment in segments:  # a frame at a time stays in the cache
+                residual, noise, outliers = self.residual(hypothesis, [segment])
+                scores += score(self.study.yardstick, residual, noise, [segment], outliers, bool(hypothesis.extra))
+            with self._lock:
+                if len(self._scores) >= _REMEMBERED:
+                    self._scores.pop(next(iter(self._scores)))
+                self._scores[key] = scores
+            return scores
+        return self._scores[key]
+
+    def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
+        """Of each frame, the log-likelihood [blocks] (nats) of the sixteen parts that it is divided into."""
+        return [each.loglik for each in self._scored(hypothesis, segments)]
+
+    def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared residual [segments] in units of the noise that the recording was measured to have."""
+        return np.array([each.excess for each in self._scored(hypothesis, segments)])
+
+    def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared error [segments], grey levels squared."""
+        return np.array([each.error for each in self._scored(hypothesis, segments)])
+
+    def floor(self, segments: Segments) -> np.ndarray:
+        """Noise variance [segments], grey levels squared."""
+        counted = self.study.yardstick.counted[list(segments)].float()
+        noise = (self.study.yardstick.floor[list(segments)] * counted).sum((1, 2, 3))
+        pixels = counted.sum((1, 2, 3)).clamp(min=1) * self.study.yardstick.measured.shape[1]
+        return (noise / pixels * 255**2).double().numpy()
+
+    @torch.inference_mode()
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """Every second pixel, and every cosine coefficient of 8 px blocks."""
+        segments = list(range(self.segments))
+        residual, noise, _ = self.residual(hypothesis, segments)
+        yardstick = self.study.yardstick
+        error = (residual.square() + mismatch(yardstick, noise, segments)) * 255**2
+        return axes.samples(
+            error,
+            yardstick.floor * 255**2,
+            residual * 255,
+            self.study.pictures.real,
+            yardstick.counted,
+            self.recording.labels,
+        )
+
+    # -- what to ask
+
+    @torch.inference_mode()
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats each name would gain: one linear step from the best of a few settings."""
+        few = self._few(range(self.segments))[:2]
+        target, values = self._target, hypothesis.values
+        stages: Stages = {}
+        residual = target.residual(values, few, stages, keep=True)
+        slopes, _ = columns(target, values, [name for name in values if name in CHARTS], few, stages)
+        plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
+        base = target.pictures.predict(plain, few, stages).mean
+        pixels = float(target.counted.sum()) / max(float(target.counted[few].sum()), 1)
+
+        def gain(name: str, setting: Mapping[str, float]) -> float:
+            moved = target.pictures.predict(plain | {name: setting}, few, stages).mean
+            equations = normal(target, torch.cat([slopes, (moved - base)[None]]), residual, few)
+            return _last_gain(equations.matrix, equations.vector)
+
+        gains = {}
+        for name in names:
+            if name in NOISES:
+                gains[name] = self._noise_gain(hypothesis, name)
+            elif name == "jpeg_compression":
+                gains[name] = 0.0
+            else:
+                best = max(gain(name, setting) for setting in self._settings(name))
+                gains[name] = best * pixels / self.study.yardstick.temper
+        return gains
+
+    def _settings(self, name: str) -> list[Mapping[str, float]]:
+        """A few settings of an effect; that of the reference first, where it has one."""
+        options = starts(name, self._target.pictures.optics.width)
+        if name not in self.study.reference:
+            return [*options]
+        return [self.study.reference[name], *options[:: max(len(options) // 4, 1)]]
+
+    def _noise_gain(self, hypothesis: Hypothesis, name: str) -> float:
+        noise, bins = self.study.yardstick.noise, self.study.bins
+        segments = range(self.segments)
+        variance, counts = bins.variance(segments)
+        usable = np.isfinite(variance)
+        names = [*[each for each in hypothesis.values if each in NOISES], name]
+        fitted = noise.fit(hypothesis.values, names, bins, segments)
+
+        def loglik(values: Values) -> float:
+            model = noise.at(values, bins.values)[usable]
+            return float((-0.5 * counts[usable] * (np.log(model) + variance[usable] / model)).sum())
+
+        return (
+            max(loglik(dict(hypothesis.values) | fitted) - loglik(hypothesis.values), 0.0) / self.study.yardstick.temper
+        )
+
+    def proposals(self) -> Sequence[Names]:
+        """Sets that a fit of everything, thinned out, suggests."""
+        return self.study.proposals
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """None: what says the same with fewer effects is among the proposals."""
+        return []
+
+    def confusable(self, name: str) -> Names:
+        """Effects hard to tell from this one."""
+        return excitation.confusable(name)
+
+    # -- what to believe
+
+    @torch.inference_mode()
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether switching the effect off changes nothing that could be seen above the simulator's tolerance."""
+        few = self._few(range(self.segments))
+        values = hypothesis.values
+        if WARPS & values.keys() and excitation.faint_blur(name, values[name]):
+            return True
+        without = {each: value for each, value in values.items() if each != name}
+        (mean, variance), (other, other_variance) = self._mean(values, few), self._mean(without, few)
+        yardstick = self.study.yardstick
+        if name == "jpeg_compression":
+            other, mean = mean, self._encoded(mean, values)
+        spread_change = (
+            predicted_noise(yardstick, variance, mean).sqrt() - predicted_noise(yardstick, other_variance, mean).sqrt()
+        )
+        change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
+        counted = yardstick.counted[few].expand_as(change)
+        return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect sits at a bound, or differs between frames more than a camera's does."""
+        values = hypothesis.values[name]
+        for parameter in self.library[name].parameters:
+            if parameter.neutral is None or name == "jpeg_compression":
+                continue
+            if (
+                values[parameter.name] in (parameter.low, parameter.high)
+                and values[parameter.name] != parameter.neutral
+            ):
+                return True
+        if name not in CHARTS:
+            return False
+        return self._spread(hypothesis).relative.get(name, 0.0) > _SPREAD
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter, from how frames differ."""
+        return self._spread(hypothesis).intervals
+
+    def _spread(self, hypothesis: Hypothesis) -> Spread:
+        key = _key(hypothesis)
+        if key not in self._spreads:
+            with torch.inference_mode():
+                self._spreads[key] = spread(self._target, self.study, hypothesis.values)
+        return self._spreads[key]
+
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+        """What to photograph next."""
+        from vision_s2r.fit.camera.experiment import advise
+
+        return advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited})
+
+    def drop_costs(self, hypothesis: Hypothesis) -> dict[str, float]:
+        """Mean loss (nats a pixel) that each effect saves, the others making up for it."""
+        few = self._few(range(self.segments))
+        return drop_costs(self._target, hypothesis.values, [n for n in hypothesis.values if n not in NOISES], few)
+
+
+def _key(hypothesis: Hypothesis) -> tuple[object, ...]:
+    values = tuple((name, *value.values()) for name, value in hypothesis.values.items())
+    extra = tuple((name, fitted.coefficients.tobytes(), fitted.ghost) for name, fitted in hypothesis.extra.items())
+    return values, extra
+
+
+def _last_gain(matrix: np.ndarray, vector: np.ndarray) -> float:
+    """Nats that the last column brings beside the others."""
+    if len(matrix) > 1:
+        inner = matrix[:-1, :-1] + 1e-9 * np.eye(len(matrix) - 1) * matrix.diagonal().max()
+        solved = np.linalg.lstsq(inner, np.c_[vector[:-1], matrix[:-1, -1]])[0]
+        slope = vector[-1] - matrix[-1, :-1] @ solved[:, 0]
+        curvature = matrix[-1, -1] - matrix[-1, :-1] @ solved[:, 1]
+    else:
+        slope, curvature = vector[-1], matrix[-1, -1]
+    return 0.5 * slope**2 / curvature if curvature > 1e-9 * max(matrix[-1, -1], 1e-12) and math.isfinite(slope) else 0.0

@@ -1,0 +1,198 @@
+"""Flexible unknowns: smooth or free changes of a picture that no effect of the library is, linear in what they fit.
+
+A camera that differs by something unknown would otherwise be told as whatever effects come near it.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+DISCREPANCIES: dict[str, str] = {
+    "tone_curve": "a smooth change of coded values",
+    "colour_mixing": "channels that leak into each other",
+    "gain_field": "a gain that varies smoothly over the picture",
+    "added_light": "light added smoothly over the picture",
+    "displacement": "a smooth displacement of the picture",
+    "kernel": "a blur or sharpening of some other kernel",
+    "ghost": "a second, shifted copy of the picture",
+    "row_pattern": "rows and columns with offsets of their own",
+    "fixed_pattern": "pixels with offsets of their own",
+    "row_noise": "rows whose offsets differ from frame to frame",
+    "flicker": "a brightness that differs from frame to frame",
+    "outliers": "single pixels that are far off",
+}
+LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
+_COLOUR = frozenset({"colour_mixing"})
+_SMOOTH, _SMOOTHER = 5, 4  # cosines along each axis
+
+
+def available(grey: bool) -> dict[str, str]:
+    """The discrepancies that mean something for colour or grey pictures, with what they are."""
+    return {name: meaning for name, meaning in DISCREPANCIES.items() if not (grey and name in _COLOUR)}
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """Where the second copy lies, px, beside its strength."""
+
+    dx: int
+    dy: int
+
+
+def cosines(height: int, width: int, count: int) -> Tensor:
+    """Products of cosines [count², H, W], the smoothest first along each axis."""
+
+    def axis(size: int) -> Tensor:
+        position = (torch.arange(size) + 0.5) / size
+        return torch.cos(torch.pi * torch.arange(count)[:, None] * position)
+
+    return (axis(height)[:, None, :, None] * axis(width)[None, :, None, :]).reshape(count * count, height, width)
+
+
+def shifted(pictures: Tensor, dx: int, dy: int) -> Tensor:
+    """Pictures moved right by dx and down by dy; edges repeat."""
+    pad = max(abs(dx), abs(dy))
+    if not pad:
+        return pictures
+    height, width = pictures.shape[-2:]
+    padded = F.pad(pictures, (pad,) * 4, mode="replicate")
+    return padded[..., pad - dy : pad - dy + height, pad - dx : pad - dx + width]
+
+
+def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tensor]:
+    """What a discrepancy can add to a predicted mean [B, C, H, W]: pictures that broadcast to it, one a coefficient."""
+    channels, height, width = mean.shape[1:]
+    if name == "tone_curve":
+        for knot in torch.linspace(0, 1, 11):
+            yield (1 - (mean - knot).abs() * 10).clamp(min=0)
+    elif name == "colour_mixing":
+        for to in range(channels):
+            only = torch.zeros(channels, 1, 1)
+            only[to] = 1
+            yield only.expand(1, channels, height, width)
+            for source in range(channels):
+                yield only * mean[:, source : source + 1]
+    elif name == "gain_field":
+        for wave in cosines(height, width, _SMOOTH):
+            yield mean * wave
+    elif name == "added_light":
+        for wave in cosines(height, width, _SMOOTH):
+            yield wave.expand(1, channels, height, width)
+    elif name == "displacement":
+        slope_x = (shifted(mean, -1, 0) - shifted(mean, 1, 0)) / 2
+        slope_y = (shifted(mean, 0, -1) - shifted(mean, 0, 1)) / 2
+        for wave in cosines(height, width, _SMOOTHER):
+            yield slope_x * wave
+            yield slope_y * wave
+    elif name == "kernel":
+        for dy in range(-2, 3):
+            for dx in range(-2, 3):
+                if (dx, dy) != (0, 0):
+                    yield shifted(mean, dx, dy) - mean
+    elif name == "ghost":
+        assert ghost is not None
+        yield shifted(mean, ghost.dx, ghost.dy) - mean
+        yield shifted(mean, ghost.dx, ghost.dy)
+    else:
+        raise ValueError(f"discrepancy '{name}' has no basis")
+
+
+def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
+    """The shift, 2 to a quarter of the width, at which the residual looks most like the picture itself."""
+    height, width = mean.shape[-2:]
+
+    def spectrum(pictures: Tensor) -> Tensor:
+        grey = (pictures * counted).mean(1)
+        fine = grey - F.avg_pool2d(grey[:, None], 9, 1, padding=4)[:, 0]
+        return torch.fft.rfft2(fine, s=(2 * height, 2 * width))
+
+    of_mean, of_residual = spectrum(mean), spectrum(residual)
+    power = of_mean.abs().square().sum(0)
+    likeness = torch.fft.irfft2(
+        (of_residual * of_mean.conj()).sum(0) / (power + power.mean()), s=(2 * height, 2 * width)
+    )
+    reach = width // 4
+    near = torch.roll(likeness, (reach, reach), (0, 1))[: 2 * reach + 1, : 2 * reach + 1].abs()
+    near[reach - 1 : reach + 2, reach - 1 : reach + 2] = 0
+    row, column = divmod(int(near.argmax()), 2 * reach + 1)
+    return Ghost(column - reach, row - reach)
+
+
+@dataclass(frozen=True)
+class FittedDiscrepancy:
+    """A discrepancy's coefficients, or the picture [C, H, W] that it adds, or its share of outliers."""
+
+    coefficients: np.ndarray
+    ghost: Ghost | None = None
+
+
+Weights = Tensor  # [B, 1 or C, H, W], 0 where a pixel does not count
+
+
+def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDiscrepancy:
+    """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean."""
+    if name == "row_pattern":
+        return FittedDiscrepancy(_rows_and_columns(residual, weight).numpy())
+    if name == "fixed_pattern":
+        total = weight.expand_as(residual).sum(0)
+        typical = total[total > 0].mean() / len(residual) if (total > 0).any() else 1.0
+        return FittedDiscrepancy(((residual * weight).sum(0) / (total + typical)).numpy())
+    if name == "outliers":
+        distance = residual.square() * weight
+        return FittedDiscrepancy(np.array([max(float((distance > 16).float().mean()), 1e-6)]))
+    if name in LATENT:
+        return FittedDiscrepancy(np.empty(0))
+    ghost = find_ghost(residual, mean, (weight.amax(1, keepdim=True) > 0).float()) if name == "ghost" else None
+    return FittedDiscrepancy(_least_squares(lambda: basis(name, mean, ghost), residual, weight), ghost)
+
+
+def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
+    """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
+    if name in ("row_pattern", "fixed_pattern"):
+        return torch.from_numpy(fitted.coefficients).expand_as(mean)
+    if name == "outliers":
+        return torch.zeros_like(mean)
+    if name == "row_noise":
+        total = weight.expand_as(residual).sum((1, 3), keepdim=True)
+        rows = (residual * weight).sum((1, 3), keepdim=True) / total.clamp(min=1e-12)
+        return rows * (total > 0)
+    if name == "flicker":
+        power = (mean.square() * weight).sum((1, 2, 3), keepdim=True)
+        return mean * (mean * residual * weight).sum((1, 2, 3), keepdim=True) / power.clamp(min=1e-12)
+    added = torch.zeros_like(mean)
+    for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost), strict=True):
+        added += coefficient * wave
+    return added
+
+
+def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weight: Weights) -> np.ndarray:
+    root = weight.expand_as(residual).sqrt()
+    flat = root.reshape(-1) > 0
+    stride = max(int(flat.sum()) // 120_000, 1)
+    chosen = flat.nonzero()[::stride, 0]
+    scale = root.reshape(-1)[chosen]
+    target = residual.reshape(-1)[chosen] * scale
+    design = torch.stack([wave.expand_as(residual).reshape(-1)[chosen] * scale for wave in waves()])
+    matrix = (design @ design.T).double()
+    ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
+    matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)
+    return torch.linalg.solve(matrix, (design @ target).double()).numpy()
+
+
+def _rows_and_columns(residual: Tensor, weight: Weights) -> Tensor:
+    """Offsets of rows and columns together [C, H, W], the same in every frame."""
+    weight = weight.expand_as(residual)
+    total = weight.sum(0)
+    mean = (residual * weight).sum(0) / total.clamp(min=1e-12)
+
+    def along(axis: int) -> Tensor:
+        whole = total.sum(axis, keepdim=True)
+        return (mean * total).sum(axis, keepdim=True) / whole.clamp(min=1e-12)
+
+    rows = along(2).expand_as(mean)
+    mean = mean - rows
+    return rows + along(1)

@@ -1,0 +1,64 @@
+"""What to photograph next."""
+
+from collections.abc import Mapping, Sequence
+
+import torch
+
+from vision_s2r.fit.camera.study import Study
+from vision_s2r.fit.case import Hypothesis
+
+_REMEDY = {
+    "the pictures have no colour": "scenes in colour, recorded in colour",
+    "the pictures have no edges": "a chessboard or print of letters that fills the picture",
+    "the pictures are black": "the scene under at least ten times the light",
+    "the pictures have one brightness only": "a grey wedge from black to white",
+}
+
+
+def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str, str]) -> str:
+    """The pictures that would tell the rivals apart, and show what these could not; empty where none is needed."""
+    sentences = []
+    if len(rivals) > 1:
+        name, difference = _most_telling(study, rivals)
+        sentences.append(
+            f"Photograph {name}: there the rivals differ by {difference:.1f} grey levels (root mean square)."
+        )
+    for reason in sorted(set(not_excited.values())):
+        names = ", ".join(name for name, why in not_excited.items() if why == reason)
+        sentences.append(f"To see {names}: {_REMEDY.get(reason, 'other scenes')}, 16 frames.")
+    return " ".join(sentences)
+
+
+@torch.inference_mode()
+def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, float]:
+    """The target on which the predictions of the first rival and of each other differ most, and by how much."""
+    found = {}
+    for name, picture in targets(*study.pictures.sim.shape[1:]).items():
+        pictures = type(study.pictures)(
+            picture[None],
+            picture[None],
+            torch.ones_like(picture[:1])[None],
+            study.pictures.intrinsics,
+            study.pictures.encoding,
+        )
+        means = [pictures.predict(rival.values, [0]).mean for rival in rivals]
+        found[name] = min(float((mean - means[0]).square().mean().sqrt()) * 255 for mean in means[1:])
+    best = max(found, key=lambda name: found[name])
+    return best, found[best]
+
+
+def targets(channels: int, height: int, width: int) -> dict[str, torch.Tensor]:
+    """Pictures [C, H, W] that a person can print, by what to call them."""
+    y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
+    board = ((x // 8 + y // 8) % 2) * 0.8 + 0.1
+    lines = ((x // 2) % 2) * 0.8 + 0.1
+    wedge = x / (width - 1)
+    star = (torch.atan2(y - height / 2, x - width / 2) * 18).sin() * 0.4 + 0.5
+    pictures = {
+        "a chessboard of squares 8 px wide": board,
+        "vertical lines 2 px wide": lines,
+        "a grey wedge from black to white": wedge,
+        "an evenly lit wall of mid grey": torch.full((height, width), 0.5),
+        "a Siemens star of 18 spokes": star,
+    }
+    return {name: picture.float().expand(channels, height, width) for name, picture in pictures.items()}

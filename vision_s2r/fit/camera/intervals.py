@@ -1,0 +1,135 @@
+"""How well a recording determines the parameters of a hypothesis, from how its frames differ."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import stats
+
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.fit.camera.coordinates import CHARTS, pack, unpack
+from vision_s2r.fit.camera.elimination import neutral_point
+from vision_s2r.fit.camera.fitting import Target, columns, normal
+from vision_s2r.fit.camera.prediction import NOISES, WARPS, Stages
+from vision_s2r.fit.case import Values
+
+if TYPE_CHECKING:
+    from vision_s2r.fit.camera.study import Study
+
+_GROUPS = 4  # of frames, compared with each other
+_TOLERANCE = 0.006  # of a parameter's distance from neutral: what the definitions of two simulators differ by
+_LEAST, _KERNEL = 0.05, 0.12  # of a coordinate's step: the same, of an effect that is almost neutral; of a warp
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Intervals (95 %) by effect and parameter, and of each effect the relative difference between groups of frames."""
+
+    intervals: dict[str, dict[str, tuple[float, float]]]
+    relative: dict[str, float]
+
+
+def spread(target: Target, study: "Study", values: Values) -> Spread:
+    """One Gauss-Newton step of each frame alone, pooled: the sandwich estimate with frames as clusters."""
+    names = [name for name in values if name in CHARTS]
+    count = len(target.pictures.sim)
+    matrices, vectors, steps = [], [], np.empty(0)
+    for segment in range(count) if names else ():
+        stages: Stages = {}
+        residual = target.residual(values, [segment], stages, keep=True)
+        slopes, steps = columns(target, values, names, [segment], stages)
+        equations = normal(target, slopes, residual, [segment])
+        matrices.append(equations.matrix)
+        vectors.append(equations.vector)
+    intervals: dict[str, dict[str, tuple[float, float]]] = {}
+    relative: dict[str, float] = {}
+    if names:
+        matrix, scores = np.array(matrices), np.array(vectors)
+        deviation = _sandwich(matrix, scores)
+        groups = _group_steps(matrix, scores)
+        at = 0
+        for name in names:
+            size = len(CHARTS[name].steps(target.pictures.optics))
+            own = slice(at, at + size)
+            at += size
+            point = pack(values, [name])
+            departure = (point - neutral_point(name, values[name])) / steps[own]
+            least = _KERNEL if name in WARPS else _LEAST
+            between = groups[:, own].std(axis=0, ddof=1)
+            relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
+            half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
+            intervals[name] = _outward(name, values, point, half * stats.t.ppf(0.975, max(count - 1, 1)))
+    for name in values:
+        if name in NOISES:
+            intervals[name] = _noise_interval(study, values, name)
+        elif name not in CHARTS:
+            intervals[name] = {key: _plateau(name, key, value, target) for key, value in values[name].items()}
+    return Spread(intervals, relative)
+
+
+def _sandwich(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
+    """Standard deviation [P] of the pooled solution, from matrices [N, P, P] and scores [N, P]."""
+    count, size = scores.shape
+    inverse = np.linalg.pinv(matrix.sum(0) + 1e-9 * np.eye(size) * matrix.sum(0).diagonal().max())
+    centred = scores - scores.mean(0)
+    covariance = inverse @ (centred.T @ centred * count / max(count - 1, 1)) @ inverse
+    return np.sqrt(np.maximum(np.diag(covariance), np.diag(inverse)))
+
+
+def _group_steps(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
+    """The step [groups, P] to the solution of each group of frames."""
+    groups = min(_GROUPS, len(scores))
+    found = []
+    for k in range(groups):
+        own = matrix[k::groups].sum(0)
+        damped = own + 1e-6 * np.eye(len(own)) * own.diagonal().max()
+        found.append(np.linalg.solve(damped, scores[k::groups].sum(0)))
+    return np.array(found)
+
+
+def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Half widths of coordinates as intervals of parameters, through a slope each."""
+    keys = [parameter.name for parameter in CAMERA_EFFECTS[name].parameters]
+    centre = np.array([values[name][key] for key in keys])
+    variance = np.zeros(len(keys))
+    for k in range(len(point)):
+        moved = point.copy()
+        moved[k] += half[k]
+        there = np.array(list(unpack(moved, [name])[name].values()))
+        change = there - centre
+        for i, key in enumerate(keys):
+            if key == "angle":
+                change[i] = (change[i] + 180) % 360 - 180 if name != "motion_blur" else (change[i] + 90) % 180 - 90
+        variance += change**2
+    return {
+        key: (float(value - width), float(value + width))
+        for key, value, width in zip(keys, centre, np.sqrt(variance), strict=True)
+    }
+
+
+def _noise_interval(study: "Study", values: Values, name: str) -> dict[str, tuple[float, float]]:
+    """By leaving out groups of frames in turn (jackknife), in logarithms."""
+    noises = [each for each in values if each in NOISES]
+    noise, count = study.yardstick.noise, len(study.bins.squares)
+    (key, value), *_ = values[name].items()
+    groups = min(2 * _GROUPS, count)
+    left = []
+    for k in range(groups):
+        rest = [segment for segment in range(count) if segment % groups != k]
+        left.append(np.log(next(iter(noise.fit(values, noises, study.bins, rest)[name].values()))))
+    deviation = np.sqrt((groups - 1) / groups * np.sum((np.array(left) - np.mean(left)) ** 2))
+    width = float(np.hypot(deviation * stats.t.ppf(0.975, groups - 1), 0.02))
+    return {key: (float(value * np.exp(-width)), float(value * np.exp(width)))}
+
+
+def _plateau(name: str, key: str, value: float, target: Target) -> tuple[float, float]:
+    """Values that mean the same: a whole number of cells, or a whole quality."""
+    if name != "low_resolution":
+        return value, value
+    width = target.pictures.optics.width
+    cells = round(width / value)
+    return width / (cells + 0.5), width / max(cells - 0.5, 0.5)
+
+
+Intervals = Mapping[str, Mapping[str, tuple[float, float]]]

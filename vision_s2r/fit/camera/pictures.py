@@ -1,0 +1,106 @@
+"""What a camera with given effects makes of simulated pictures, and how far that is from the real ones."""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from scipy.stats import wasserstein_distance
+
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.fit.camera.prediction import NOISES, WARPS
+from vision_s2r.fit.case import Values
+from vision_s2r.recording import CameraRecording
+
+MARGIN = 0.25  # of the longer side: as far as warps may look beyond the picture
+QUANTILES = 512  # of the values of a picture, for the distance between sets
+TILE = 8  # px: of the places whose noise is measured apart
+FULL = 255.0  # grey levels
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A simulated picture through the effects."""
+
+    picture: np.ndarray  # float32 [H, W, 3] in [0, 1], with a draw of the noise
+    mean: np.ndarray  # the same without noise
+    known: np.ndarray  # bool [H, W]: where the simulator's picture is meant, and the camera did not look beyond it
+
+
+def show(recording: CameraRecording, frame: int, effects: Values, seed: int = 0) -> Shown:
+    """The simulator's picture of a frame with the effects; the noise is a function of seed and frame."""
+    camera = Camera(encoding=recording.encoding)
+    height, width = recording.sim.shape[1:3]
+    margin = ceil(MARGIN * max(height, width)) if any(name in effects for name in WARPS) else 0
+    sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
+    canvas = F.pad(sim, (margin,) * 4, mode="replicate")
+    intrinsics = None
+    if recording.intrinsics is not None:
+        intrinsics = torch.from_numpy(recording.intrinsics).float()[None]
+    seeds = torch.tensor([(seed * 1_000_003 + frame) % 2**31])
+    quiet = {name: given for name, given in effects.items() if name not in NOISES}
+
+    def through(image: torch.Tensor, some: Values) -> np.ndarray:
+        return camera(image, CameraParameters.of(some, 1, seeds), margin, intrinsics)[0].permute(1, 2, 0).numpy()
+
+    mean = through(canvas, quiet)
+    picture = mean if len(quiet) == len(effects) else through(canvas, effects)
+    meant = torch.ones(1, 1, height, width)
+    if recording.mask is not None:
+        meant = torch.from_numpy(recording.mask[frame]).float()[None, None]
+    meant = F.pad(meant, (margin,) * 4).expand(1, 3, -1, -1)
+    known = through(meant, {name: given for name, given in effects.items() if name in WARPS})
+    return Shown(picture, mean, np.all(known > 0.999, axis=2))
+
+
+def gap(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float]:
+    """Root mean square (grey levels) between a real picture and the simulator's, before and after the effects.
+
+    A draw of noise never matches another: the mean is compared, and to its squared error comes the squared difference
+    of the standard deviations of the real picture's noise and of the noise predicted, which is none before.
+    """
+    real, known = recording.real[frame], shown.known
+    if not known.any():
+        known = np.ones_like(known)
+    before, after = real - recording.sim[frame], real - shown.mean
+    noise = np.sqrt(noise_variance(after, known))
+    predicted = np.sqrt(np.mean((shown.picture - shown.mean)[known] ** 2))
+    return {
+        "before": _level(np.mean(before[known] ** 2) + noise**2),
+        "after": _level(np.mean(after[known] ** 2) + (noise - predicted) ** 2),
+    }
+
+
+def distance(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float]:
+    """First Wasserstein distance (grey levels) from the values of all real pictures, before and after the effects."""
+    levels = (np.arange(QUANTILES) + 0.5) / QUANTILES
+    real = np.quantile(recording.real, levels, axis=(0, 1, 2))
+
+    def of(picture: np.ndarray) -> float:
+        values = np.quantile(picture, levels, axis=(0, 1))
+        return FULL * float(np.mean([wasserstein_distance(values[:, c], real[:, c]) for c in range(3)]))
+
+    return {"before": of(recording.sim[frame]), "after": of(shown.picture)}
+
+
+def noise_variance(residual: np.ndarray, where: np.ndarray) -> float:
+    """Mean variance of the white noise in [H, W, C], insensitive to what is smooth in it, or sharp in few places.
+
+    From the median size, tile by tile, of the difference of two second differences, whose response to white noise is 6
+    (Immerkær, Computer Vision and Image Understanding 64, 1996): noise differs with brightness, so from place to place.
+    """
+    twice = residual[:-2] - 2 * residual[1:-1] + residual[2:]
+    twice = np.abs(twice[:, :-2] - 2 * twice[:, 1:-1] + twice[:, 2:])
+    rows, columns = (max(size // TILE, 1) for size in twice.shape[:2])
+    tiles = [
+        np.median(twice[y : y + TILE, x : x + TILE])
+        for y in range(0, rows * TILE, TILE)
+        for x in range(0, columns * TILE, TILE)
+        if where[y + 1 : y + 1 + TILE, x + 1 : x + 1 + TILE].all()
+    ]
+    return float(np.mean(np.square(tiles))) / (0.6745 * 6) ** 2 if tiles else 0.0
+
+
+def _level(square: float) -> float:
+    return FULL * float(np.sqrt(square))

@@ -1,0 +1,185 @@
+"""What the simulator's pictures become under camera effects, without their noise: the mean that a fit compares.
+
+The effects are those of `vision_s2r.camera`, called in its order; what is added is only that a pass remembers its
+stages, so that a change of a late effect does not repeat the early ones.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
+from vision_s2r.camera.effects.jpeg_compression import libjpeg
+from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.camera.noise import Tail
+from vision_s2r.fit.camera.resampling import KERNELS, resampled
+from vision_s2r.fit.case import Values
+
+WARPS = frozenset({"camera_pose_offset", "lens_distortion", "chromatic_aberration"})
+BLURS = frozenset({"defocus_blur", "motion_blur", "low_resolution"})
+NOISES = frozenset({"read_noise", "shot_noise"})
+TAIL = frozenset({"white_balance", "gamma"}) | NOISES  # from the light that falls on the sensor to its values
+FRONT = tuple(
+    effect
+    for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order)
+    if effect.name not in TAIL | {"jpeg_compression"}
+)
+
+Stages = dict[
+    tuple[object, ...], tuple[Tensor, bool]
+]  # by the effects passed, the pictures, and whether they are light
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Coded values [B, C, H, W] in [0, 1]."""
+
+    mean: Tensor
+    light: Tensor  # coded, before noise
+    tail: Tail
+
+    @property
+    def variance(self) -> Tensor | None:
+        """Of the noise effects, before JPEG; None without them. Few ask for it."""
+        return self.tail.variance(self.light)
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """Pairs at one size: the recording's own, or smaller for the start of a fit.
+
+    `sim` and `real` are [N, C, H, W] in [0, 1], C = 1 where they are grey; `meant` [N, 1, H, W] is 1 where the
+    simulator's picture is meant; `intrinsics` [4]; `scale` is the size against the recording's.
+    """
+
+    sim: Tensor
+    real: Tensor
+    meant: Tensor
+    intrinsics: Tensor
+    encoding: Encoding
+    scale: float = 1.0
+    kernel: str = KERNELS[0]  # of warps
+
+    @property
+    def optics(self) -> Optics:
+        """Size and focal length."""
+        return Optics(self.sim.shape[-1], self.sim.shape[-2], float(self.intrinsics[:2].mean()))
+
+    def half(self) -> "Pictures":
+        """At half the size; a pixel is the mean of the four that it covers, its centre theirs."""
+        intrinsics = self.intrinsics.clone()
+        intrinsics[:2] /= 2
+        intrinsics[2:] = (intrinsics[2:] - 0.5) / 2
+        return replace(
+            self,
+            sim=F.avg_pool2d(self.sim, 2),
+            real=F.avg_pool2d(self.real, 2),
+            meant=(F.avg_pool2d(self.meant, 2) > 0.99).float(),
+            intrinsics=intrinsics,
+            scale=self.scale / 2,
+        )
+
+    def predict(
+        self, values: Values, segments: Sequence[int], stages: Stages | None = None, keep: bool = False
+    ) -> Prediction:
+        """What these effects make of the simulator's pictures of `segments`; JPEG where it is among them."""
+        light = self.front(values, segments, stages, keep)
+        tail = Tail.of(values, self.encoding, self.sim.shape[1])
+        mean = tail.mean(light)
+        if "jpeg_compression" in values and self.scale == 1.0:
+            mean = encoded(mean, values["jpeg_compression"]["quality"])
+        return Prediction(mean, light, tail)
+
+    @torch.no_grad()
+    def front(
+        self, values: Values, segments: Sequence[int], stages: Stages | None = None, keep: bool = False
+    ) -> Tensor:
+        """Coded pictures [B, C, H, W] of the light that the sensor is given.
+
+        `stages` is searched for what has been passed already, and with `keep` remembers this pass.
+        """
+        pictures, light = self.sim[list(segments)], False
+        key: tuple[object, ...] = ()
+        for effect in FRONT:
+            given = values.get(effect.name)
+            if given is None or effect.is_neutral(given):
+                continue
+            key = (*key, effect.name, *given.values())
+            if stages is not None and key in stages:
+                pictures, light = stages[key]
+                continue
+            if self.encoding == "srgb" and light != effect.linear_light:
+                pictures = linear(pictures) if effect.linear_light else coded(pictures)
+            light = effect.linear_light
+            pictures = self._apply(effect, pictures, given)
+            if keep and stages is not None:
+                stages[key] = pictures, light
+        pictures = coded(pictures) if light and self.encoding == "srgb" else pictures
+        return pictures.clamp(0, 1)  # the sensor is full
+
+    def seen(self, values: Values, segments: Sequence[int]) -> Tensor:
+        """Where [B, 1, H, W] (bool) a picture under these effects shows only what the simulator drew and meant."""
+        present = self.meant[list(segments)]
+        moved = {name for name in values if name in WARPS | BLURS}
+        if not moved:
+            return present > 0.5
+        present = present.clone()
+        for edge in (present[..., 0, :], present[..., -1, :], present[..., :, 0], present[..., :, -1]):
+            edge.zero_()  # what a warp looks for beyond the picture is its edge repeated
+        flat = replace(self, kernel="bilinear")
+        for effect in FRONT:
+            if effect.name in moved & values.keys() and not effect.is_neutral(values[effect.name]):
+                channels = present.expand(-1, 3, -1, -1) if effect.name == "chromatic_aberration" else present
+                present = flat._apply(effect, channels, values[effect.name]).amin(1, keepdim=True)
+        return present > 0.98
+
+    def _apply(self, effect: CameraEffect, pictures: Tensor, values: Mapping[str, float]) -> Tensor:
+        sized = effect.name == "low_resolution"
+        values = {
+            key: value * self.scale if sized or effect.parameter(key).unit == "px" else value
+            for key, value in values.items()
+        }
+        if effect.name not in WARPS:
+            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), "bicubic"))
+        # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
+        channels = 3 if effect.name == "chromatic_aberration" else 1
+        height, width = pictures.shape[-2:]
+        x = torch.arange(width, dtype=torch.float32).expand(1, channels, height, width)
+        y = torch.arange(height, dtype=torch.float32)[:, None].expand(1, channels, height, width)
+        looked = effect.apply(torch.cat([x, y]), _tensors(values, 2), self._frame(2, "bilinear"))
+        return resampled(pictures, looked[0], looked[1], self.kernel)
+
+    def _frame(self, count: int, interpolation: Interpolation) -> Frame:
+        height, width = self.sim.shape[-2:]
+        intrinsics = self.intrinsics.expand(count, 4)
+        seeds = torch.zeros(count, dtype=torch.int64)
+        return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")
+
+
+def linear(pictures: Tensor) -> Tensor:
+    """Coded values to light, as `vision_s2r.camera.colour` has it, and beyond white and black as the curve goes on:
+
+    what is brighter than the sensor bears may still be darkened by a lens.
+    """
+    power = ((pictures.clamp(min=0.04045) + 0.055) / 1.055).log_().mul_(2.4).exp_()
+    return power.add_((pictures.clamp(max=0.04045) - 0.04045).div_(12.92))
+
+
+def coded(light: Tensor) -> Tensor:
+    """The inverse of `linear`."""
+    power = light.clamp(min=0.0031308).log_().mul_(1 / 2.4).exp_().mul_(1.055).sub_(0.055)
+    return power.add_((light.clamp(max=0.0031308) - 0.0031308).mul_(12.92))
+
+
+def encoded(pictures: Tensor, quality: float) -> Tensor:
+    """Pictures [B, 1 or 3, H, W] through libjpeg."""
+    three = pictures.expand(-1, 3, -1, -1)
+    return libjpeg(three, torch.full((len(three),), quality))[:, : pictures.shape[1]]
+
+
+def _tensors(values: Mapping[str, float], count: int) -> dict[str, Tensor]:
+    return {key: torch.full((count,), value, dtype=torch.float32) for key, value in values.items()}

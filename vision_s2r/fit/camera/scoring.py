@@ -1,0 +1,124 @@
+"""How well a hypothesis predicts each frame: likelihood by blocks, excess over the noise, and the gap's metric."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+from torch import Tensor
+
+from vision_s2r.fit.camera.fitting import FREEDOM
+from vision_s2r.fit.camera.weighing import LEAST, NoiseModel
+
+BLOCK = 8  # px: within it residuals depend on each other
+_PRICE = 0.05  # excess over the floor that flexible unknowns must take away before they say anything
+_CELLS = 4  # along each axis, that a frame's likelihood is divided into
+
+
+@dataclass(frozen=True)
+class Yardstick:
+    """What residuals are measured by, the same for every hypothesis: one tensor entry a frame.
+
+    `measured` [N, C, H, W] is the noise variance that the recording has, `floor` the same with what a codec makes of
+    it in busy places, `tolerance` [N, 1, H, W] the variance of what
+    a simulator may get wrong at an edge, `counted` [N, 1, H, W] the pixels that count, `temper` by how much a block's
+    residuals depend on each other.
+    """
+
+    noise: NoiseModel
+    measured: Tensor
+    floor: Tensor
+    tolerance: Tensor
+    counted: Tensor
+    temper: float
+
+    @property
+    def variance(self) -> Tensor:
+        """Of a residual [N, C, H, W] at the floor."""
+        return self.measured + self.tolerance
+
+
+@dataclass(frozen=True)
+class FrameScore:
+    """One frame under one hypothesis."""
+
+    loglik: np.ndarray  # [blocks] nats
+    excess: float
+    error: float  # grey levels squared
+
+
+def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor) -> Tensor:
+    """The variance [B, C, H, W] of noise that a hypothesis predicts; `variance` is that of its noise effects."""
+    noise = yardstick.noise
+    if variance is None:
+        return torch.full_like(like, noise.quiet)
+    levels = torch.linspace(0, 0.3, 301)  # a table of standard deviations: the encoder's share is one
+    table = torch.from_numpy(noise.attenuation(levels.double().numpy() ** 2)).float()
+    position = ((variance + noise.base).sqrt() * 1000).clamp(max=299.99)
+    low = position.long()
+    return (table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding).clamp(min=LEAST)
+
+
+def mismatch(yardstick: Yardstick, predicted: Tensor, segments: list[int]) -> Tensor:
+    """Squared difference [B, C, H, W] of the standard deviations of noise, predicted and measured."""
+    return (predicted.sqrt() - yardstick.measured[segments].sqrt()).square()
+
+
+def score(
+    yardstick: Yardstick,
+    residual: Tensor,
+    predicted: Tensor,
+    segments: list[int],
+    outliers: float = 0.0,
+    flexible: bool = False,
+) -> list[FrameScore]:
+    """The frames `segments`, whose residuals [B, C, H, W] and predicted noise are given.
+
+    A `flexible` prediction pays for what it makes up of a simulator's own tolerance.
+    """
+    counted = yardstick.counted[segments].float()
+    tolerance = yardstick.tolerance[segments]
+    variance = predicted + tolerance
+    density = _log_student(residual.square() / variance) - 0.5 * variance.log()
+    floor = yardstick.measured[segments] + tolerance
+    squared = residual.square()
+    if outliers:
+        density = torch.logaddexp(density + np.log1p(-outliers), torch.full_like(density, np.log(outliers)))
+        squared = torch.minimum(squared, floor * torch.where(squared > 16 * floor, 1.0, 16.0))
+    if flexible:
+        density = density - _PRICE / 2
+    differing = mismatch(yardstick, predicted, segments)
+    nats = (density * counted).sum(1, keepdim=True) / yardstick.temper
+    height, width = (math.ceil(size / _CELLS) for size in nats.shape[-2:])
+    blocks = F.avg_pool2d(nats, (height, width), ceil_mode=True, divisor_override=1)
+    pixels = counted.sum((1, 2, 3)).clamp(min=1) * residual.shape[1]
+    excess = (((squared + differing) / floor) * counted).sum((1, 2, 3)) / pixels
+    error = ((squared + differing) * counted).sum((1, 2, 3)) / pixels * 255**2
+    return [
+        FrameScore(blocks[k].flatten().double().numpy(), float(excess[k]), float(error[k]))
+        for k in range(len(segments))
+    ]
+
+
+def temper(residual: Tensor, variance: Tensor, counted: Tensor) -> float:
+    """By how much sums over blocks vary more than those of independent residuals [N, C, H, W] would; at least 2."""
+    scaled = (residual / variance.sqrt()).clamp(-6, 6) * counted
+    sums = _block_sums(scaled.sum(1, keepdim=True))
+    counts = _block_sums(counted.float()) * residual.shape[1]
+    whole = counts > 0.5 * BLOCK * BLOCK
+    if not whole.any():
+        return 2.0
+    inflation = (sums[whole].square() / counts[whole]).mean() / (
+        scaled.square().sum() / (counted.sum() * residual.shape[1])
+    )
+    return min(max(float(inflation), 2.0), 64.0)
+
+
+def _log_student(squared: Tensor) -> Tensor:
+    """Log-density of Student's distribution, scaled to segment variance, but for its constant."""
+    return -(FREEDOM + 1) / 2 * torch.log1p(squared / (FREEDOM - 2))
+
+
+def _block_sums(values: Tensor) -> Tensor:
+    return F.avg_pool2d(values, BLOCK, ceil_mode=True, divisor_override=1)

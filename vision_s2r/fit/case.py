@@ -1,0 +1,159 @@
+"""What the diagnosis needs to know of a recording beside its simulator, whatever its kind."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from vision_s2r.effects import Effect, Parameter
+
+Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
+Names = frozenset[str]
+Segments = Sequence[int]
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A simulator: the effects that it has. What it does not name is absent, or nominal."""
+
+    values: Values = field(default_factory=dict)
+    # What the case fits besides, its own affair: a noise level, an interpolation kernel, coefficients of discrepancies.
+    # A discrepancy that is on has a key of its name here.
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+
+NOMINAL = Hypothesis()  # the simulator as it came
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One way of dividing the samples of a recording: by speed, by radius, by colour channel."""
+
+    name: str
+    labels: tuple[str, ...]  # of its bins, such as "|θ̇| < 0.4 rad/s"
+    bins: np.ndarray  # [samples] int: the bin of each, -1 where it has none
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Squared errors of a hypothesis, sample by sample, for saying where the gap lies."""
+
+    error: np.ndarray  # [samples] squared error, in the square of the gap's unit
+    floor: np.ndarray  # [samples] what measurement noise alone would leave
+    segment: np.ndarray  # [samples] int: the stretch or frame it belongs to, which are taken as exchangeable
+    axes: tuple[Axis, ...]
+
+
+class Case(Protocol):
+    """A recording beside its simulator: predict it under effects, and score the prediction.
+
+    Segments are its episodes or frames, taken as exchangeable; a single long episode is cut into stretches. All
+    methods are deterministic, and called from several threads.
+    """
+
+    kind: str  # joint | camera
+    segments: int
+    metric: str  # of the gap: velocity_rmse
+    unit: str  # of the gap: rad/s
+    described: str  # which quantity is compared, over which horizon, in a sentence
+    rough: Names  # effects whose form is only roughly the same on any two machines: how hard a contact is
+    sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are
+
+    @property
+    def library(self) -> Mapping[str, Effect]:
+        """The effects that may be named; withheld ones are not there."""
+
+    @property
+    def refitted(self) -> Names:
+        """Effects refitted under every hypothesis: nominal parameters that may merely be wrong (none of a camera's)."""
+
+    @property
+    def discrepancies(self) -> Mapping[str, str]:
+        """Flexible unknowns that no effect of the library is, fitted by name as effects are.
+
+        By name ("torque of velocity"), what they mean, for people: "a torque that depends on velocity".
+        """
+
+    @property
+    def certain(self) -> Mapping[str, float]:
+        """Effects that a signature proves by itself (a grid): evidence in nats."""
+
+    @property
+    def not_excited(self) -> Mapping[str, str]:
+        """Effects that this recording could not have shown, and why, in a few words."""
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's unit in this recording."""
+        ...
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        ...
+
+    def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
+        """Of each segment, the log-likelihood [blocks] (nats) of its blocks: the same blocks for every hypothesis.
+
+        Tempered by the residual's effective sample size, so that blocks may be taken as independent.
+        """
+        ...
+
+    def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared residual [segments] that the search looks at, in units of its noise: 1 at the floor.
+
+        The noise includes the simulator's own tolerance, so that a very quiet recording names nothing that is
+        only a step size. Effects that are noise themselves count by the noise that they leave unpredicted.
+        """
+        ...
+
+    def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared error [segments] of the gap's metric.
+
+        A difference in the amount of noise is part of it: with noise of standard deviation s in the recording and p
+        predicted, (s - p)² counts beside the squared error of the mean and the floor.
+        """
+        ...
+
+    def floor(self, segments: Segments) -> np.ndarray:
+        """The same [segments] for a perfect simulator: measurement noise alone, estimated from the recording."""
+        ...
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """What `error` averages, sample by sample (or a fair subset), over all segments."""
+        ...
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
+        ...
+
+    def proposals(self) -> Sequence[Names]:
+        """Sets of effects (without the refitted ones) that signatures suggest; may be empty."""
+        ...
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """Sets that may say the same with fewer effects: a torque constant for everything scaled."""
+        ...
+
+    def confusable(self, name: str) -> Names:
+        """Effects known to be hard to tell from this one."""
+        ...
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect, at these parameters, is smaller than this simulator's own tolerance."""
+        ...
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the parameters betray a stand-in for something else: at a bound, or not constant over segments."""
+        ...
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter of `values`, from all segments, honest where residuals depend on each other."""
+        ...
+
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+        """The recording to make next, in a sentence with numbers; empty where none is needed.
+
+        It tells the rivals apart: the candidate whose predictions under them differ most. And it excites the
+        `not_excited` effects.
+        """
+        ...

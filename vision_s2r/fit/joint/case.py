@@ -1,0 +1,316 @@
+"""A log of a joint as a case of the diagnosis."""
+
+import math
+import threading
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from scipy.signal import lfilter
+
+from vision_s2r.effects import Effect, Parameter
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.joint import uncertainty
+from vision_s2r.fit.joint.discrepancy import MEANINGS
+from vision_s2r.fit.joint.excitation import not_excited
+from vision_s2r.fit.joint.experiments import experiment
+from vision_s2r.fit.joint.fitter import SCALE, Floor, JointFitter, names_of
+from vision_s2r.fit.joint.gap import FreeRunGap
+from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
+from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
+from vision_s2r.fit.joint.observer import Observer
+from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
+from vision_s2r.fit.joint.space import UNFITTED
+from vision_s2r.fit.joint.track import LEAK, Track, fast_noise, led_by, make_track
+from vision_s2r.joint import DYNAMICS, unit
+from vision_s2r.recording import JointRecording
+
+STEP = 0.004  # s, of the integrator, at most
+FINER = 4  # times the steps, for the integrator's own error
+BLOCK = 50  # samples, at least, that count as one
+WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
+LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
+LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
+QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
+PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
+SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
+TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
+INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
+
+_CONFUSABLE = (
+    {"compliance", "backlash"},
+    {"compliance", "latency"},
+    {"backlash", "latency"},
+    {"coulomb_friction", "stribeck_friction"},
+    {"stribeck_friction", "load_dependent_friction"},
+    {"asymmetric_friction", "bias_torque"},
+    {"viscous_damping", "thermal_drift"},
+    {"torque_saturation", "torque_speed_limit"},
+    {"torque_speed_limit", "viscous_damping"},
+    {"load_dependent_friction", "torque_constant"},
+    *({"torque_constant", name} for name in ("inertia", "viscous_damping", "coulomb_friction", "gravity_torque")),
+)
+
+
+class JointCase:
+    """Episodes of a joint beside the simulator of `vision_s2r.joint`.
+
+    The search looks at the residual of a leaky observer in position and velocity; the gap is that of the velocity in
+    free run. An episode is a segment; fewer than five are cut into stretches.
+    """
+
+    kind = "joint"
+    sharp = False
+    rough: Names = frozenset({"backlash"})
+    refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
+    discrepancies: Mapping[str, str] = MEANINGS
+    metric = "velocity_rmse"
+
+    def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
+        self.recording = recording
+        self.library = {name: effect for name, effect in library.items() if name not in UNFITTED}
+        grid = find_quantization_grid(recording.position, recording.lengths)
+        derived = grid is not None and _is_derived(recording)
+        self.track: Track = make_track(recording, derived)
+        self.segments = self.track.count
+        self.refitted = frozenset(self.refitted & self.library.keys())
+        self.unit = "rad/s" if recording.units == "rotary" else "m/s"
+        self.described = self._describe()
+        rounding = grid.resolution**2 / 12 if grid else 0.0
+        known = grid is not None and "encoder_quantization" in library
+        self.certain: Mapping[str, float] = {"encoder_quantization": grid.evidence} if grid and known else {}
+        self._grid: QuantizationGrid | None = grid if known else None
+        self._lock = threading.Lock()
+        self._scores: dict[object, uncertainty.BlockScores] = {}
+        self._promising: set[str] = set()  # effects that seem to gain something, plausible or not
+        self._prepare(grid if grid and not known else None, rounding)
+
+    # -- the noise
+
+    def _prepare(self, unknown_grid: QuantizationGrid | None, rounding: float) -> None:
+        self._fitter = self._make_fitter(self.track)
+        base = self._fit_base()
+        if self.track.velocity is None:
+            self._lead(base)
+            base = self._fit_base()
+        best, noise = self._quietest(base)
+        if self.track.velocity is None:
+            self._lead(best)
+            base = self._fit_base()
+            best = self._fitter.fit(names_of(best), range(self.segments), best)
+            noise = fast_variance(self._fitter.residuals(best, range(self.segments)), self.track.lengths)
+        track = self.track
+        if self._grid is not None:  # slow motion hides how much rounding moves
+            noise[0] = max(noise[0], rounding + self._grid.noise**2)
+        if unknown_grid is not None:  # its steps are no noise
+            noise[0] = max(noise[0] - rounding, unknown_grid.noise**2, 1e-3 * rounding)
+        self.noise = noise  # [channels] variance of the measurement
+        inflated = noise * inflation(self._fitter, best, noise)
+        self.tolerance = self._tolerance(best)  # [channels] mean square error of the integrator
+        self._expected = inflated + self.tolerance  # of the residual, where the machine is right
+        self._unremarkable = self._expected + self._skewed()  # of one that is no gap
+        residuals = self._fitter.residuals(best, range(self.segments))
+        self._temper = 1 / memory(residuals, track.lengths)
+        self._floor = GAUSSIAN * self._expected
+        self._gap = FreeRunGap(self._fitter, noise, self._grid)
+        self._labels, self._owners = uncertainty.blocks(track.segment, int(max(BLOCK, 5 / self._temper.min())))
+        idle = [name for name in self.library if name not in self._promising]
+        self.not_excited: Mapping[str, str] = not_excited(self._fitter, base, self._expected / self._temper, idle)
+
+    def _fit_base(self) -> Hypothesis:
+        """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
+        return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
+
+    def _make_fitter(self, track: Track) -> JointFitter:
+        observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
+        rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
+        loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
+        return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None)
+
+    def _lead(self, hypothesis: Hypothesis) -> None:
+        """Lead the observer by velocities that this hypothesis helps to read off positions."""
+        space = self._fitter.space(names_of(hypothesis))
+        self.track = led_by(self.track, self._fitter.observer.led(space, space.start(hypothesis)))
+        self._fitter = self._make_fitter(self.track)
+
+    def _quietest(self, base: Hypothesis) -> tuple[Hypothesis, np.ndarray]:
+        """The noise's variance [channels], read off what the base leaves once the largest effects are taken off."""
+        segments, lengths = range(self.segments), self.track.lengths
+        best, residuals = base, self._fitter.residuals(base, segments)
+        noise = fast_variance(residuals, lengths)
+        for _ in range(LAYERS):
+            free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})
+            gains = self._fitter.gains(best, free, segments)
+            self._promising |= {name for name in free if gains[name] > PROMISING}
+            name = max(free, key=lambda each: gains[each], default=None)
+            if name is None or gains[name] < (CLEAR if self._quiet(best, residuals, noise) else PROMISING):
+                break
+            best = self._fitter.fit(names_of(best) | {name}, segments, best)
+            residuals = self._fitter.residuals(best, segments)
+            noise = np.minimum(noise, fast_variance(residuals, lengths))
+        return best, noise
+
+    def _quiet(self, hypothesis: Hypothesis, residuals: np.ndarray, noise: np.ndarray) -> bool:
+        """Whether these residuals are about as large as noise makes them."""
+        squares = np.minimum(residuals[self.track.segment >= 0] ** 2, WINSOR * noise).mean(axis=0)
+        return bool((squares < QUIET * noise * inflation(self._fitter, hypothesis, noise)).all())
+
+    def _skewed(self) -> np.ndarray:
+        """Mean square residual [channels] of positions that are SKEW late.
+
+        The step of a first-order integrator does that too, by half of itself.
+        """
+        track = self.track
+        velocity = np.nan_to_num(track.observed[..., 1])
+        followed = lfilter([0.0, LEAK], [1.0, LEAK - 1.0], velocity, axis=1)  # what the observer makes up for
+        late = SKEW * track.sample_time * (velocity - followed)
+        return np.array([np.mean(late[track.segment >= 0] ** 2), 0.0])[: self._fitter.observer.channels]
+
+    def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:
+        coarse, fitter = self._fitter.residuals(hypothesis, range(self.segments)), self._fitter
+        fine = JointFitter(
+            self.track,
+            Observer(self.track, fitter.observer.substeps * FINER, fitter.observer.noise),
+            fitter.floor,
+            fitter.resolution,
+        ).residuals(hypothesis, range(self.segments))
+        squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
+        return squares[: int(0.99 * len(squares))].mean(axis=0)
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's unit in this recording."""
+        return unit(parameter, self.recording.units)
+
+    # -- fits and scores
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        return self._fitter.fit(names, list(segments), start)
+
+    def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
+        """Log-likelihood [blocks] (nats) of each segment, tempered by how long residuals remember."""
+        residuals = self._fitter.residuals(hypothesis, segments)
+        scale = np.maximum(self._scale(hypothesis), self._floor)
+        density = (log_density(residuals, scale) * self._temper).sum(axis=-1)
+        sums = np.bincount(
+            np.maximum(self._labels, 0).ravel(), (density * (self._labels >= 0)).ravel(), len(self._owners)
+        )
+        return [sums[self._owners == k] for k in segments]
+
+    def _scale(self, hypothesis: Hypothesis) -> np.ndarray:
+        return np.asarray(hypothesis.extra[SCALE]) if SCALE in hypothesis.extra else self._floor
+
+    def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared residual [segments] in units of what is no gap, single instants limited."""
+        squares = self._fitter.residuals(hypothesis, segments) ** 2 / self._unremarkable
+        share = self._temper / self._temper.sum()  # a channel counts by how much it has to say
+        each, plain = np.minimum(squares, WINSOR) @ share, squares @ share
+        # A gap that is large everywhere is as large as it is; only rare instants are limited.
+        return np.array([self._limited(each, plain, self.track.segment == k) for k in segments])
+
+    @staticmethod
+    def _limited(each: np.ndarray, plain: np.ndarray, inside: np.ndarray) -> float:
+        rare = float((plain[inside] > WINSOR).mean()) < 0.02
+        return float((each if rare else plain)[inside].mean())
+
+    def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared error [segments] of the velocity in free run."""
+        return self._gap.of_segments(self._gap.squared(hypothesis), segments)
+
+    def floor(self, segments: Segments) -> np.ndarray:
+        """That of the measurement's noise alone."""
+        return np.full(len(segments), self._gap.noise_variance)
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """The squared errors of the observer's velocity, sample by sample."""
+        return self._gap.samples(hypothesis, uncertainty.blocks(self.track.segment, uncertainty.BLOCK)[0])
+
+    # -- what to try
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats each of these names would gain."""
+        return self._fitter.gains(hypothesis, list(names), range(self.segments))
+
+    def proposals(self) -> Sequence[Names]:
+        """None: every effect is tried."""
+        return []
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """A torque constant for several nominal parameters that are scaled together."""
+        scaled = names & {"inertia", "viscous_damping", "coulomb_friction"}
+        if "torque_constant" not in self.library or len(scaled) < 2:
+            return []
+        # A torque constant scales them all: with it, one of them stays nominal and the others may differ.
+        return [(names | self.refitted) - {name} | {"torque_constant"} for name in sorted(scaled)]
+
+    def confusable(self, name: str) -> Names:
+        """Effects that may pass for this one."""
+        return frozenset().union(*(pair for pair in _CONFUSABLE if name in pair)) - {name}
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect changes less than the simulator's own error does."""
+        values = hypothesis.values.get(name)
+        if values is None:
+            return False
+        if name in DYNAMICS:
+            nominal = float(getattr(self.track.nominal, name))
+            if nominal and abs(values["value"] / nominal - 1) < TOLERANCE:
+                return True
+        if name == "encoder_quantization":
+            return False
+        less = {key: value for key, value in hypothesis.values.items() if key != name}
+        segments = range(self.segments)
+        change = self._fitter.residuals(hypothesis, segments) - self._fitter.residuals(
+            Hypothesis(less, hypothesis.extra), segments
+        )
+        squares = (change[self.track.segment >= 0] ** 2).mean(axis=0)
+        return bool((squares / (4 * self.tolerance + 1e-3 * self._expected)).max() < 1)
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether parameters are at a bound, or differ between segments as a stand-in's do."""
+        if name in ("encoder_quantization", *MEANINGS) or name not in hypothesis.values:
+            return False
+        scores = self.scores(hypothesis)
+        if name not in DYNAMICS and uncertainty.at_bound(scores, name):
+            return True
+        return uncertainty.spread(scores, name) > INCONSTANT
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter."""
+        found = uncertainty.intervals(self.scores(hypothesis)) if hypothesis.values else {}
+        if self._grid and "encoder_quantization" in hypothesis.values:
+            resolution, span = self._grid.resolution, self.track.scales.span
+            reach = resolution * max(1e-9, 2 * max(self._grid.noise, 1e-6 * resolution) / span)
+            found["encoder_quantization"] = {"resolution": (resolution - reach, resolution + reach)}
+        return found
+
+    def scores(self, hypothesis: Hypothesis) -> uncertainty.BlockScores:
+        """Curvature and slope of the fit that this hypothesis is."""
+        key = repr(hypothesis)
+        if key not in self._scores:
+            found = uncertainty.scores(self._fitter, hypothesis)
+            with self._lock:
+                self._scores[key] = found
+        return self._scores[key]
+
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+        """The recording to make next."""
+        return experiment(self._fitter, rivals, not_excited, self.noise)
+
+    def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
+        """Effects of the hypothesis that the recording could not have shown beside its others, and why."""
+        return not_excited(self._fitter, hypothesis, self._expected / self._temper, sorted(hypothesis.values))
+
+    def _describe(self) -> str:
+        velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"
+        return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
+
+
+def _is_derived(recording: JointRecording) -> bool:
+    """Whether the velocity is no more than the central difference of the positions."""
+    if recording.velocity is None:
+        return False
+    inner = recording.velocity[:, 1:-1]
+    central = (recording.position[:, 2:] - recording.position[:, :-2]) / (2 * recording.sample_time)
+    difference = np.nanstd(inner - central)
+    rounding = fast_noise(central)
+    return bool(difference < 0.5 * max(rounding, 1e-12))

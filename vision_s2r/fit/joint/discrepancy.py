@@ -1,0 +1,127 @@
+"""Flexible unknowns: functions that no effect of the library is, so that combinations of effects need not mimic them.
+
+Some are torques over position, velocity or time, which the simulator adds. The others change what goes in or comes
+out: the command on its way to the motor, the state on its way to the recording.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.signal import lfilter
+
+from vision_s2r.fit.joint.track import Scales, Track
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """One unknown function, linear or nearly so in its coefficients."""
+
+    name: str
+    size: int
+    scale: float  # of a coefficient that would be plainly visible
+    low: np.ndarray
+    high: np.ndarray
+    prior: np.ndarray
+    axis: str | None = None  # of the simulator's tables: position | velocity | time
+    knots: tuple[float, float, int] | None = None
+    command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
+    measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
+    step: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "step", np.full(self.size, 0.01 * self.scale))
+
+
+def _table(name: str, axis: str, low: float, high: float, count: int, torque: float) -> Discrepancy:
+    bound = np.full(count, 3 * torque)
+    return Discrepancy(
+        name, count, torque, -bound, bound, np.full(count, 0.5 * torque), axis, (low, max(high, low + 1e-9), count)
+    )
+
+
+def _position(track: Track, scales: Scales) -> Discrepancy:
+    low, high = float(np.nanmin(track.position)), float(np.nanmax(track.position))
+    turns = (high - low) / (2 * np.pi) if track.units == "rotary" else 1.0
+    return _table("torque_of_position", "position", low, high, int(np.clip(8 * turns, 10, 20)), scales.peak_torque)
+
+
+def _velocity(track: Track, scales: Scales) -> Discrepancy:
+    peak = scales.peak_speed
+    return _table("torque_of_velocity", "velocity", -peak, peak, 13, scales.peak_torque)
+
+
+def _time(track: Track, scales: Scales) -> Discrepancy:
+    return _table("torque_of_time", "time", 0.0, scales.duration, 9, scales.peak_torque)
+
+
+GAIN_KNOTS = 9
+
+
+def _gain(track: Track, scales: Scales) -> Discrepancy:
+    peak = float(np.abs(track.command).max()) or 1.0
+    knots = np.linspace(-peak, peak, GAIN_KNOTS)
+    bound = np.full(GAIN_KNOTS, peak)
+
+    def command(sent: np.ndarray, heights: np.ndarray) -> np.ndarray:
+        return sent + np.interp(sent, knots, heights)
+
+    return Discrepancy("input_nonlinearity", GAIN_KNOTS, peak, -bound, bound, 0.5 * bound, command=command)
+
+
+def _lag(track: Track, scales: Scales) -> Discrepancy:
+    """A first-order lag, exactly averaged over each sample; the coefficient is its time constant in samples."""
+
+    def command(sent: np.ndarray, coefficient: np.ndarray) -> np.ndarray:
+        constant = float(coefficient[0])
+        if constant < 1e-3:
+            return sent
+        decay = np.exp(-1 / constant)
+        state = lfilter([1 - decay], [1, -decay], sent, axis=1)
+        before = np.concatenate([np.zeros((len(sent), 1)), state[:, :-1]], axis=1)
+        return sent + (before - sent) * constant * (1 - decay)
+
+    return Discrepancy("drive_lag", 1, 2.0, np.zeros(1), np.full(1, 30.0), np.full(1, np.inf), command=command)
+
+
+HARMONICS = (1, 2)
+
+
+def _sensor(track: Track, scales: Scales) -> Discrepancy:
+    """The encoder shows θ + a·sin θ + …; undone to first order and once more."""
+    turn = 1.0 if track.units == "rotary" else 2 * np.pi / scales.span
+    size = 2 * len(HARMONICS)
+    bound = np.full(size, 0.3 / turn)
+
+    def measured(states: np.ndarray, c: np.ndarray) -> np.ndarray:
+        shown, position = states[..., 0], states[..., 0]
+        for _ in range(3):
+            position = shown - sum(
+                c[2 * i] * np.sin(n * turn * position) + c[2 * i + 1] * (np.cos(n * turn * position) - 1)
+                for i, n in enumerate(HARMONICS)
+            )
+        slope = 1 + sum(
+            n * turn * (c[2 * i] * np.cos(n * turn * position) - c[2 * i + 1] * np.sin(n * turn * position))
+            for i, n in enumerate(HARMONICS)
+        )
+        return np.stack([position, states[..., 1] / slope], axis=-1)
+
+    return Discrepancy("sensor_nonlinearity", size, 0.1 / turn, -bound, bound, 0.5 * bound, measured=measured)
+
+
+DISCREPANCIES: dict[str, Callable[[Track, Scales], Discrepancy]] = {
+    "torque_of_position": _position,
+    "torque_of_velocity": _velocity,
+    "torque_of_time": _time,
+    "input_nonlinearity": _gain,
+    "drive_lag": _lag,
+    "sensor_nonlinearity": _sensor,
+}
+MEANINGS = {
+    "torque_of_position": "a torque that depends on position",
+    "torque_of_velocity": "a torque that depends on velocity",
+    "torque_of_time": "a torque that depends on the time since the start of an episode",
+    "input_nonlinearity": "a drive whose torque is not proportional to the command",
+    "drive_lag": "a drive whose torque follows the command with a lag",
+    "sensor_nonlinearity": "a sensor that shows positions distorted",
+}

@@ -1,0 +1,99 @@
+"""The recording to make next: commands that rivals would answer differently, or that excite what was not_excited."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.fitter import JointFitter, names_of
+from vision_s2r.joint import simulate
+
+SECONDS = 8.0
+WISHES = {
+    "stribeck_friction": "slow reversals (a sine of {slow:.2g} Hz that barely moves the joint)",
+    "load_dependent_friction": "steps between small and large {quantity} at like speed",
+    "backlash": "reversals of direction, {rate:.2g} times a second or more",
+    "torque_saturation": "full {quantity}, steps of ±{peak:.3g} {unit} or more",
+    "torque_speed_limit": "full {quantity} held in one direction until the speed stops rising",
+    "latency": "{quantity} that changes at every sample (random steps)",
+    "cogging": "slow motion in one direction over the whole range of positions",
+    "thermal_drift": "an episode of minutes at high speed",
+    "asymmetric_friction": "the same motion in both directions, at several speeds",
+    "compliance": "a chirp up to {fast:.3g} Hz",
+    "encoder_quantization": "very slow motion",
+    "gravity_torque": "motion over the whole range of positions",
+    "bias_torque": "slow motion in both directions",
+    "inertia": "fast reversals",
+    "viscous_damping": "motion at high speed",
+    "coulomb_friction": "slow motion in both directions",
+}
+
+
+def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
+    """Candidate commands [samples] by what they are called."""
+    t = np.arange(round(SECONDS / sample_time)) * sample_time
+    top = 0.1 / sample_time
+    noise = np.random.default_rng(0)
+    found: dict[str, np.ndarray] = {}
+    for share in (0.3, 1.0):
+        a = share * peak
+        found |= {
+            f"steps of ±{a:.3g} {{unit}} every second": a * np.sign(np.sin(np.pi * t + 1e-9)),
+            f"a sine of {a:.3g} {{unit}} at 0.25 Hz": a * np.sin(0.5 * np.pi * t),
+            f"a chirp of {a:.3g} {{unit}} from 0.2 to {top:.3g} Hz": a
+            * np.sin(2 * np.pi * (0.2 * t + (top - 0.2) * t**2 / (2 * SECONDS))),
+            f"random steps of {a:.3g} {{unit}}, a new one every sample": a * noise.uniform(-1, 1, len(t)),
+            f"a constant {a:.3g} {{unit}}, then as much backward": a * np.where(t < SECONDS / 2, 1.0, -1.0),
+        }
+    return found
+
+
+def experiment(fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], noise: np.ndarray) -> str:
+    """One sentence, or two; empty where nothing is to be told apart and nothing was not_excited."""
+    track = fitter.track
+    peak = float(np.abs(track.command).max()) or 1.0
+    linear = track.units == "linear"
+    words = {
+        "unit": "A" if track.nominal.torque_constant != 1 else ("N" if linear else "N·m"),
+        "quantity": "current" if track.nominal.torque_constant != 1 else ("force" if linear else "torque"),
+        "peak": 1.5 * peak,
+        "slow": 0.2,
+        "rate": 2.0,
+        "fast": 0.2 / track.sample_time,
+    }
+    sentences = []
+    if len(rivals) > 1:
+        sentences.append(_telling_apart(fitter, rivals, noise, peak).format(**words))
+    wishes = [WISHES[name].format(**words) + f" would show {name}" for name in not_excited if name in WISHES]
+    if wishes:
+        sentences.append("; ".join(wishes[:4]).capitalize() + ".")
+    return " ".join(sentences)
+
+
+def _telling_apart(fitter: JointFitter, rivals: Sequence[Hypothesis], noise: np.ndarray, peak: float) -> str:
+    track = fitter.track
+    commands = excitations(peak, track.sample_time)
+    states = []
+    for rival in rivals:
+        space = fitter.space(names_of(rival))
+        point = space.start(rival)
+        rows = space.machines(point[None])
+        states.append(
+            simulate(
+                rows,
+                np.array(list(commands.values())),
+                np.zeros((len(commands), 2)),
+                track.sample_time,
+                substeps=fitter.observer.substeps,
+                tables=space.tables,
+                threads=1,
+            )[0]
+        )
+    velocity = np.array(states)[..., 1]
+    spread = np.min([np.sqrt(np.mean((velocity[0] - other) ** 2, axis=1)) for other in velocity[1:]], axis=0)
+    best = int(np.argmax(spread))
+    rate = "m/s" if track.units == "linear" else "rad/s"
+    return (
+        f"Record {list(commands)[best]}: the rivals' velocities then differ by {spread[best]:.2g} {rate} (rms) where "
+        f"the noise is {np.sqrt(noise[-1]):.2g}."
+    )

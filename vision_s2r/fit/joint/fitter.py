@@ -1,0 +1,216 @@
+"""Fits of whole hypotheses: names are added one at a time, each from the best of its starts."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
+from vision_s2r.fit.joint.discrepancy import DISCREPANCIES
+from vision_s2r.fit.joint.fitting import Data, Fitted, costs, minimize, trials
+from vision_s2r.fit.joint.likelihood import influence, normal_equations, profile
+from vision_s2r.fit.joint.observer import Observer
+from vision_s2r.fit.joint.space import Space
+from vision_s2r.fit.joint.starts import settings
+from vision_s2r.fit.joint.track import Track
+from vision_s2r.joint import DYNAMICS
+
+SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
+ROUGH = frozenset({"backlash"})  # their likelihood has ripples, of impacts
+FINE_STRIDES = (3.0, 1.0, 0.3)  # over such ripples, near the optimum
+LONG_STRIDE = 10.0
+SOFT = 400.0  # times the floor's variance: blurs ripples
+SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
+FOLLOWED = 2  # starts of an effect that are followed
+
+
+@dataclass(frozen=True)
+class Floor:
+    """What the noise of this recording is."""
+
+    scale: np.ndarray  # [channels] scale² of Student's t below which no fit goes
+    temper: np.ndarray  # [channels] effective samples a sample
+
+
+class JointFitter:
+    """Maximum likelihood on some segments of a track."""
+
+    def __init__(self, track: Track, observer: Observer, floor: Floor, resolution: float | None) -> None:
+        self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
+        self._screened: dict[object, tuple[float, Fitted]] = {}
+        self._derived: dict[object, tuple[np.ndarray, np.ndarray]] = {}
+
+    def data(self, segments: Iterable[int]) -> Data:
+        """The samples of these segments, of the episodes that hold them."""
+        inside = np.isin(self.track.segment, list(segments))
+        episodes = np.flatnonzero(inside.any(axis=1))
+        weight = inside[episodes].astype(float)
+        return Data(tuple(int(e) for e in episodes), weight, self.floor.scale, self.floor.temper)
+
+    def space(self, names: Iterable[str]) -> Space:
+        """The coordinates of these names."""
+        return Space(frozenset(names), self.track, self.observer.noise)
+
+    def fit(self, names: Names, segments: Sequence[int], start: Hypothesis | None) -> Hypothesis:
+        """The likeliest hypothesis of these names; from `start` where it has them, else added to it one by one."""
+        data = self.data(segments)
+        start = start or NOMINAL
+        if names and names == names_of(start) and len(segments) < self.track.count:
+            return self._shifted(start, segments, data)
+        known = names & (names_of(start) | set(DYNAMICS) | {"encoder_quantization"})
+        fitted, missing = _restricted(start, known), set(names - known)
+        if not missing or known != names_of(start):
+            fitted = self._refine(known, data, fitted, 10)
+        while missing:
+            screened = {name: self._screen(fitted, name, data) for name in sorted(missing)}
+            name = max(screened, key=lambda each: screened[each][0])
+            fitted = self._finish(self.space(names_of(fitted) | {name}), data, screened[name][1].point)
+            missing.remove(name)
+        return fitted
+
+    def gains(self, hypothesis: Hypothesis, names: Sequence[str], segments: Sequence[int]) -> dict[str, float]:
+        """About how many nats each name would gain."""
+        data = self.data(segments)
+        return {name: self._screen(hypothesis, name, data)[0] for name in names}
+
+    def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
+        """Residuals [E, T, channels] of the episodes that hold these segments, others zero."""
+        space, data = self.space(names_of(hypothesis)), self.data(segments)
+        out = np.zeros((*self.track.command.shape, self.observer.channels))
+        out[list(data.episodes)] = self.observer.residuals(space, space.start(hypothesis)[None], data.episodes)[0]
+        return out
+
+    def shows(self, hypothesis: Hypothesis, name: str, values: dict[str, float], variance: np.ndarray) -> float:
+        """Nats that this effect would bring, were it there: what it moves in the residual and others cannot undo."""
+        data = self.data(range(self.track.count))
+        before = self.space(names_of(hypothesis) - {name})
+        here = before.start(hypothesis)
+        space = self.space(names_of(hypothesis) | {name})
+        there = space.start(Hypothesis({**hypothesis.values, name: values}, hypothesis.extra))
+        _, slopes = self.observer.slopes(before, here, data.episodes)
+        base = self.space(names_of(hypothesis))
+        now = self.observer.residuals(base, base.start(hypothesis)[None], data.episodes)
+        weight = np.sqrt(data.temper / variance) * data.weight[..., None]
+        moved = ((self.observer.residuals(space, there[None], data.episodes) - now) * weight).ravel()
+        basis = (slopes * weight).reshape(before.size, weight.size).T
+        basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
+        rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
+        return 0.5 * float(rest @ rest)
+
+    def _shifted(self, hypothesis: Hypothesis, segments: Sequence[int], data: Data) -> Hypothesis:
+        """The fit of all segments moved to some of them: one step, with the derivatives that are known already."""
+        space, point, curvature, slope = self._pieces(hypothesis)
+        part = list(segments)
+        bend = curvature[part].sum(axis=0) + np.diag(space.prior**-2.0)
+        tried = np.concatenate([point[None], trials(point, bend, slope[part].sum(axis=0), SHIFTS, space)])
+        values, scales = costs(self.observer, space, data, tried)
+        best = int(np.argmin(values))
+        return space.hypothesis(tried[best], self.resolution, {SCALE: scales[best]})
+
+    def _pieces(self, hypothesis: Hypothesis) -> tuple[Space, np.ndarray, np.ndarray, np.ndarray]:
+        """Space, point, and of each segment curvature [segments, D, D] and slope [segments, D]."""
+        space = self.space(names_of(hypothesis))
+        point = space.start(hypothesis)
+        key = (names_of(hypothesis), point.tobytes())
+        if key not in self._derived:
+            data = self.data(range(self.track.count))
+            points, steps = space.differences(point)
+            residuals = self.observer.residuals(space, points, data.episodes)
+            scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
+            factor = influence(residuals[0], scale) * data.temper
+            self._derived[key] = normal_equations(residuals, steps, factor, self.track.segment, self.track.count)
+        return space, point, *self._derived[key]
+
+    def _refine(self, names: Iterable[str], data: Data, start: Hypothesis, iterations: int) -> Hypothesis:
+        space = self.space(names)
+        return self._finish(space, data, space.start(start), iterations)
+
+    def _finish(self, space: Space, data: Data, point: np.ndarray, iterations: int = 12) -> Hypothesis:
+        strides = FINE_STRIDES if ROUGH & set(space.effects) else (1.0,)
+        fitted = minimize(self.observer, space, data, point, iterations, strides)
+        if not set(space.effects) <= set(DYNAMICS):  # valleys with kinks in them: what a long stride finds
+            longer = minimize(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,))
+            if longer.cost < fitted.cost - 0.1:
+                fitted = minimize(self.observer, space, data, longer.point, iterations, strides)
+        return space.hypothesis(fitted.point, self.resolution, {SCALE: fitted.scale})
+
+    def _screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
+        """One more name, a few iterations from its best starts: what it gains so far, and where it stands."""
+        before = self.space(names_of(hypothesis))
+        here = before.start(hypothesis)
+        key = (names_of(hypothesis), name, data.episodes, here.tobytes(), data.weight.tobytes())
+        if key not in self._screened:
+            space = self.space(names_of(hypothesis) | {name})
+            now, starts = self._starts(before, here, space, hypothesis, name, data)
+            follow = self._through_ripples if name in ROUGH else self._few_iterations
+            best = min((follow(space, point, data) for point in starts), key=lambda fitted: fitted.cost)
+            self._screened[key] = (now - best.cost, best)
+        return self._screened[key]
+
+    def _few_iterations(self, space: Space, point: np.ndarray, data: Data) -> Fitted:
+        return minimize(self.observer, space, data, point, 2)
+
+    def _through_ripples(self, space: Space, point: np.ndarray, data: Data) -> Fitted:
+        """Positions alone, and blurred: they know little of when exactly an impact was."""
+        temper = np.full(len(data.temper), 1e-6)
+        temper[0] = data.temper[0]
+        positions = replace(data, temper=temper)
+        blurred = replace(positions, floor=data.floor * SOFT)
+        soft = minimize(self.observer, space, blurred, point, 4, (30.0, 10.0))
+        sharp = minimize(self.observer, space, positions, soft.point, 3, (10.0, 3.0))
+        values, scale = costs(self.observer, space, data, sharp.point[None])
+        return Fitted(sharp.point, float(values[0]), scale[0])
+
+    def _starts(
+        self, before: Space, here: np.ndarray, space: Space, hypothesis: Hypothesis, name: str, data: Data
+    ) -> tuple[float, list[np.ndarray]]:
+        """The cost at the hypothesis, and the best starts of one more name.
+
+        Each start is tried with the other coordinates as they are, and moved to where, to first order, they make up
+        for as much of its effect as they can.
+        """
+        residuals, slopes = self.observer.slopes(before, here, data.episodes)
+        scale, cost = profile(residuals[None], data.weight, data.floor)
+        now = float(cost[0] @ data.temper)
+        if name in DISCREPANCIES:
+            return now, [space.start(hypothesis)]
+        points = self._grid(before, here, space, hypothesis, name, residuals, data)
+        weight = np.sqrt(influence(residuals, scale[0]) * data.temper * data.weight[..., None])
+        basis = (slopes * weight).reshape(before.size, weight.size)
+        after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
+        moved = points.copy()
+        others = [k for k in range(space.size) if space.owner[k] != name]
+        size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300
+        scaled = basis / size
+        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
+        moved[:, others] -= (answer / size).T
+        points = np.concatenate([points, np.clip(moved, space.low, space.high)])
+        order = np.argsort(costs(self.observer, space, data, points)[0], kind="stable")
+        return now, [points[k] for k in order[:FOLLOWED]]
+
+    def _grid(
+        self,
+        before: Space,
+        here: np.ndarray,
+        space: Space,
+        hypothesis: Hypothesis,
+        name: str,
+        residuals: np.ndarray,
+        data: Data,
+    ) -> np.ndarray:
+        row = before.row(here)
+        full = np.zeros((*self.track.command.shape, residuals.shape[-1]))
+        full[list(data.episodes)] = residuals
+        grid = settings(name, self.track, self.track.scales, row, full)
+        return np.array([space.start(Hypothesis({**hypothesis.values, name: each}, hypothesis.extra)) for each in grid])
+
+
+def names_of(hypothesis: Hypothesis) -> Names:
+    """Effects and discrepancies of a hypothesis."""
+    return frozenset(hypothesis.values) | (frozenset(hypothesis.extra) & frozenset(DISCREPANCIES))
+
+
+def _restricted(hypothesis: Hypothesis, names: Iterable[str]) -> Hypothesis:
+    """The hypothesis with only these names; of the dynamics, and the encoder's steps, also those that it has not."""
+    kept = {name: value for name, value in hypothesis.values.items() if name in names}
+    return Hypothesis(kept, {key: value for key, value in hypothesis.extra.items() if key in names})

@@ -1,0 +1,85 @@
+"""How much of a residual is noise: its fast half, what the observer makes of it, how long it remembers."""
+
+from functools import cache, partial
+
+import numpy as np
+
+from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.fitter import JointFitter, names_of
+from vision_s2r.fit.joint.track import LEAK
+from vision_s2r.joint import simulate
+
+BLOCK = 32  # samples
+TRIMMED = 0.2  # of the blocks, those with the largest fast residual, are left out: impacts and starts are no noise
+REPLICAS = 4
+MOST_MEMORY = 60  # samples
+
+
+def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Variance [channels] of the white part of residuals [E, T, channels], by second differences, trimmed."""
+    out = []
+    for channel in range(residuals.shape[-1]):
+        powers = []
+        for track, length in zip(residuals[..., channel], lengths, strict=True):
+            second = np.diff(track[:length], 2) ** 2 / 6
+            count = len(second) // BLOCK
+            powers.append(second[: count * BLOCK].reshape(count, BLOCK).mean(axis=1))
+        power = np.sort(np.concatenate(powers))
+        kept = power[: max(1, int(len(power) * (1 - TRIMMED)))]
+        out.append(kept.mean() / _trimmed_mean())
+    return np.array(out)
+
+
+@cache
+def _trimmed_mean() -> float:
+    """The trimmed mean of the blocks for white noise of variance 1; a simulation of its own, always the same."""
+    white = np.random.default_rng(0).normal(size=(4000, BLOCK + 2))
+    power = np.sort((np.diff(white, 2, axis=1) ** 2 / 6).mean(axis=1))
+    return float(power[: int(len(power) * (1 - TRIMMED))].mean())
+
+
+def memory(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Samples [channels] that one independent sample of residuals [E, T, channels] takes: 1 + 2 Σ autocorrelation.
+
+    The sum ends where two neighbouring correlations together fall below zero (Geyer, Statistical Science 7, 1992).
+    """
+    out = []
+    for channel in range(residuals.shape[-1]):
+        products = np.zeros(MOST_MEMORY + 1)
+        for track, length in zip(residuals[..., channel], lengths, strict=True):
+            values = np.clip(track[:length], *np.quantile(track[:length], [0.01, 0.99]))
+            for lag in range(min(MOST_MEMORY + 1, length)):
+                products[lag] += values[lag:] @ values[: length - lag]
+        correlation = products / max(products[0], 1e-300)
+        pairs = correlation[0:-1:2] + correlation[1::2]
+        end = int(np.argmax(pairs < 0.02)) if (pairs < 0.02).any() else len(pairs)
+        out.append(max(1.0, 2 * float(pairs[:end].sum()) - 1))
+    return np.array(out)
+
+
+def inflation(fitter: JointFitter, hypothesis: Hypothesis, noise: np.ndarray) -> np.ndarray:
+    """Mean squared residual [channels] over the noise's variance when the machine is right: the leak lets noise in."""
+    track, observer = fitter.track, fitter.observer
+    space = fitter.space(names_of(hypothesis))
+    rows = space.machines(space.start(hypothesis)[None])
+    rng = np.random.default_rng(0)
+    run = partial(
+        simulate,
+        rows,
+        track.command,
+        track.first,
+        track.sample_time,
+        lengths=track.lengths,
+        substeps=observer.substeps,
+        tables=space.tables,
+        threads=1,
+    )
+    truth = run()[0]
+    total = np.zeros(observer.channels)
+    for _ in range(REPLICAS):
+        measured = truth.copy()
+        for channel in range(observer.channels):
+            measured[..., channel] += rng.normal(0, np.sqrt(noise[channel]), truth.shape[:2])
+        seen = run(observed=measured, leak=LEAK)[0]
+        total += np.nanmean((measured - seen)[..., : observer.channels] ** 2, axis=(0, 1))
+    return np.maximum(total / REPLICAS / np.maximum(noise, 1e-300), 1.0)

@@ -1,0 +1,229 @@
+"""Two sets of pictures without a scene in common as a case of the diagnosis."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import torch
+
+from vision_s2r.camera.camera import default_intrinsics
+from vision_s2r.effects import Effect, Parameter
+from vision_s2r.errors import UserError
+from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.camera.quantization import jpeg_quality
+from vision_s2r.fit.case import Axis, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.unpaired import space
+from vision_s2r.fit.unpaired.intervals import intervals
+from vision_s2r.fit.unpaired.reference import reference
+from vision_s2r.fit.unpaired.simulated import SimulatedSet
+from vision_s2r.fit.unpaired.summary import GROUPS, PictureStatistics
+from vision_s2r.recording import CameraRecording
+
+DISCREPANCIES = {  # each moves the statistics of its group at will
+    "unknown tone": "a tone or colour that no exposure, gamma or white balance gives",
+    "unknown shading": "light over the picture that no vignetting or even gradient gives",
+    "unknown sharpness": "a spectrum that no known blur gives",
+    "unknown noise": "noise that depends on brightness or colour as no sensor's does",
+}
+_GROUP = dict(zip(("tone", "position", "spectrum", "noise"), DISCREPANCIES, strict=True))
+_LEAST_SEEN = 0.9  # of the simulator's pictures must mean a pixel for it to count
+_LEAST_REGION = 0.2  # of the pixels must count
+_MOST_PICTURES, _LEAST_PICTURES = 48, 8  # of the simulator's that are used: more cost time and tell little
+_STANDARD = 12.0  # pictures that a comparison of two sets of 24 is worth
+_PIXELS = 1_500_000  # that these may have in all, but for the least number of them
+
+
+class UnpairedCase:
+    """Two sets of pictures beside the camera's effects; segments are the real pictures.
+
+    The gap is how far the statistics of a real picture lie from the mean of the simulator's set, root mean square, in
+    standard deviations between pictures (and of what no simulator gets right); about 1 where only the scenes differ.
+    """
+
+    kind = "camera"
+    sharp = True
+    rough: Names = frozenset()
+    refitted: Names = frozenset()
+    metric = "statistics_distance"
+    unit = "–"
+    described = (
+        "statistics of each real picture (tones, light over the picture, spectrum, noise by brightness, the 8 px grid) "
+        "against their mean over the simulator's set, in standard deviations between pictures; the floor is how far "
+        "real pictures lie from each other's mean, for no two show the same scene"
+    )
+
+    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect]) -> None:
+        """Raises UserError where the simulator's pictures mean too little of what the camera sees."""
+        torch.set_num_threads(1)
+        self.library = library
+        self.segments = len(recording)
+        height, width = recording.real.shape[1:3]
+        self._summary = PictureStatistics(height, width, recording.encoding, recording.grey, _region(recording))
+        self._real = self._summary(
+            torch.from_numpy(np.ascontiguousarray(recording.real)).permute(0, 3, 1, 2).contiguous()
+        )
+        self._groups = [each.group for each in self._summary.statistics]
+        self.discrepancies = {discrepancy: DISCREPANCIES[discrepancy] for discrepancy in _GROUP.values()}
+        self.not_excited = {name: why for name, why in space.SILENT.items() if name in library}
+        if recording.grey and "white_balance" in library:
+            self.not_excited["white_balance"] = "the pictures are grey"
+        found = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
+        self._lattice_would_show = recording.bits == 8
+        self.certain = {"jpeg_compression": found[1]} if found else {}
+        fixed = {"jpeg_compression": {"quality": float(found[0])}} if found else {}
+        most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
+        pictures = SimulatedSet(recording, self._summary, most)
+        intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
+        optics = Optics(width, height, float(intrinsics[:2].mean()))
+        worth = 1 / (1 / self.segments + 1 / len(pictures))
+        names = frozenset(library) - frozenset(self.not_excited)
+        start = reference(self._real, pictures, self._summary.statistics, optics, worth, fixed, names)
+        self._fitter, self._proposed = start.fitter, start.proposed
+        self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's own unit."""
+        return parameter.unit
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        key = (names, tuple(segments))
+        if key not in self._fits:
+            target, free = self._real[list(segments)].mean(0), self._free(names)
+            effects = names & frozenset(self.library)
+            whole = len(segments) == self.segments
+            values = self._fitter.fit(target, effects, free, start.values if start else {}, 6 if whole else 2)
+            offset = target - self._fitter.mean(values)
+            extra = {
+                name: offset * self._free(frozenset({name})) for name in sorted(names & frozenset(self.discrepancies))
+            }
+            self._fits[key] = Hypothesis({name: values[name] for name in sorted(values)}, extra)
+        return self._fits[key]
+
+    def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
+        """Of each real picture, its log-likelihood [1] (nats).
+
+        Gaussian, between pictures; weakened by what the mean of the simulator's set itself is uncertain.
+        """
+        white = self._white(hypothesis, segments)
+        weight = self._fitter.pictures / self.segments
+        return [np.array([-0.5 * weight * float(row @ row)]) for row in white]
+
+    def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """1 and how much further [segments] a picture is from the simulator's mean than from that of the real ones.
+
+        In the variances between pictures, scaled so that chance makes as much of it whatever the number of pictures.
+        """
+        far, own = self._white(hypothesis, segments), self._fitter.scatter.whitened(self._own(segments))
+        return 1 + (self._fitter.pictures / _STANDARD) * ((far**2).mean(1) - (own**2).mean(1))
+
+    def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean over the statistics of the squared distance [segments] from the simulator's mean, in deviations."""
+        return ((self._differences(hypothesis, segments) / self._fitter.scatter.deviation) ** 2).mean(1)
+
+    def floor(self, segments: Segments) -> np.ndarray:
+        """The same [segments] from the mean of the other real pictures, which a perfect simulator would show."""
+        return ((self._own(segments) / self._fitter.scatter.deviation) ** 2).mean(1)
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """Picture by picture and statistic by statistic."""
+        segments = range(self.segments)
+        deviation = self._fitter.scatter.deviation
+        error = (self._differences(hypothesis, segments) / deviation) ** 2
+        floor = (self._own(segments) / deviation) ** 2
+        count = len(deviation)
+        axes = [Axis("statistic", GROUPS, np.tile([GROUPS.index(group) for group in self._groups], self.segments))]
+        for group in GROUPS[:-1]:
+            labels = tuple(each.label for each in self._summary.statistics if each.group == group)
+            bins = np.full(count, -1)
+            bins[[each == group for each in self._groups]] = np.arange(len(labels))
+            axes.append(Axis(group, labels, np.tile(bins, self.segments)))
+        return Samples(error.ravel(), floor.ravel(), np.repeat(np.arange(self.segments), count), tuple(axes))
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
+        target, free = self._real.mean(0), self._free(frozenset(hypothesis.extra))
+        return {name: self._gain(target, free, hypothesis, name) for name in names}
+
+    def _gain(self, target: np.ndarray, free: np.ndarray, hypothesis: Hypothesis, name: str) -> float:
+        if name == "jpeg_compression" and self._lattice_would_show:
+            return 0.0
+        if name in self.discrepancies:
+            difference = target - self._fitter.mean(hypothesis.values)
+            more = free | self._free(frozenset({name}))
+            return self._fitter.loss(difference, free) - self._fitter.loss(difference, more)
+        return self._fitter.gain(target, free, hypothesis.values, name)
+
+    def proposals(self) -> Sequence[Names]:
+        """What is left of a camera with every effect when those that hardly matter are taken out."""
+        return self._proposed
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """None."""
+        return []
+
+    def confusable(self, name: str) -> Names:
+        """Effects known to be hard to tell from this one."""
+        alike = (group for group in space.TWINS if name in group)
+        return frozenset(other for group in alike for other in group if other in self.library) - {name}
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect, at these parameters, is smaller than this simulator's own tolerance."""
+        return name in hypothesis.values and space.negligible(name, hypothesis.values[name], self._fitter.optics.width)
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether a parameter sits at its bound."""
+        return name in hypothesis.values and space.at_bound(name, hypothesis.values[name])
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
+        return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
+
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+        """How many more pictures tell the rivals apart, and what pairs would show."""
+        advice = []
+        for rival in rivals[1:2]:
+            difference = self._fitter.mean(rivals[0].values) - self._fitter.mean(rival.values)
+            free = self._free(frozenset(rivals[0].extra) | frozenset(rival.extra))
+            nats = max(self._fitter.loss(difference, free) / self._fitter.pictures, 1e-3)  # a picture of each set
+            needed = int(np.ceil(2 * 16.0 / nats))
+            one, other = (", ".join(sorted(each.values)) or "none" for each in (rivals[0], rival))
+            advice.append(
+                f"To tell {one} from {other}: {max(needed, 2 * self.segments)} pictures in each set"
+                + (", better of flat, evenly lit charts" if needed > 500 else "")
+                + "."
+            )
+        if not_excited:
+            advice.append(
+                f"To see {', '.join(not_excited)}: pairs, at least 16 scenes that the simulator renders from the "
+                "camera's own pose."
+            )
+        return " ".join(advice)
+
+    def _free(self, names: Names) -> np.ndarray:
+        """The statistics [K] (bool) that the discrepancies among these names move."""
+        return np.array([_GROUP.get(group) in names for group in self._groups])
+
+    def _differences(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        offset = sum((np.asarray(value) for value in hypothesis.extra.values()), np.zeros(len(self._groups)))
+        return self._real[list(segments)] - self._fitter.mean(hypothesis.values) - offset
+
+    def _white(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        return self._fitter.scatter.whitened(self._differences(hypothesis, segments))
+
+    def _own(self, segments: Segments) -> np.ndarray:
+        """Differences [segments, K] from the mean of the other real pictures."""
+        whole = self._real.mean(0)
+        return (self._real[list(segments)] - whole) * (self.segments / (self.segments - 1))
+
+
+def _region(recording: CameraRecording) -> np.ndarray | None:
+    """The pixels [H, W] that the simulator's pictures mean, by and large; UserError where they are too few."""
+    if recording.mask is None:
+        return None
+    region = recording.mask.mean(0) >= _LEAST_SEEN
+    if region.mean() < _LEAST_REGION:
+        raise UserError(
+            f"mask/: only {region.mean():.0%} of the pixels are meant in {_LEAST_SEEN:.0%} of sim/, "
+            f"expected {_LEAST_REGION:.0%} of an unpaired recording"
+        )
+    return region

@@ -1,0 +1,183 @@
+"""The likeliest parameters of a set of effects: Gauss-Newton on the means of the statistics."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.case import Values
+from vision_s2r.fit.unpaired.scatter import Scatter
+from vision_s2r.fit.unpaired.simulated import SimulatedSet
+from vision_s2r.fit.unpaired.space import pack, smooth, starts, steps, unpack
+
+FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
+STEPPED = ("low_resolution", "jpeg_compression")  # go by whole numbers
+_ORDER = ("read_noise", "shot_noise", "low_resolution", "defocus_blur", "motion_blur", "jpeg_compression")
+
+
+@dataclass(frozen=True)
+class UnpairedFitter:
+    """Fits cameras to the mean statistics of real pictures.
+
+    `free` [K] bool marks statistics that a flexible unknown moves at will, so that they count for nothing. `pictures`
+    is how many independent pictures the comparison is worth; `fixed` parameters are known and stay.
+    """
+
+    simulated: SimulatedSet
+    scatter: Scatter
+    optics: Optics
+    pictures: float
+    fixed: Values
+
+    def mean(self, values: Values) -> np.ndarray:
+        """Mean statistics [K] of the simulator's set under effects."""
+        return self.simulated.statistics(values).mean(0)
+
+    def like(self, values: Values, base: Values) -> np.ndarray:
+        """About the same, from a few pictures, of a camera that differs from `base`."""
+        few = self._few()
+        changed, before = self.simulated.statistics(values, few), self.simulated.statistics(base, few)
+        return self.mean(base) + (changed - before).mean(0)
+
+    def loss(self, difference: np.ndarray, free: np.ndarray) -> float:
+        """Minus the log-likelihood (nats) of a difference [K] of mean statistics, those of `free` fitted away."""
+        return 0.5 * self.pictures * float((self.rest(difference[None], free) ** 2).sum())
+
+    def fit(
+        self, target: np.ndarray, names: Collection[str], free: np.ndarray, start: Values, iterations: int = 6
+    ) -> dict[str, dict[str, float]]:
+        """Parameters of `names` under which the simulator's set is likeliest to have the means `target` [K]."""
+        values = {name: dict(start[name]) for name in names if name in start}
+        values |= {name: dict(self.fixed[name]) for name in names if name in self.fixed}
+        new = [name for name in names if name not in values]
+        values |= {name: starts(name, self.optics.width)[0] for name in sorted(new) if smooth(name)}
+        for name in (name for name in _ORDER if name in new):
+            values = self._started(target, free, values, name)
+        for turn in range(2):
+            before = values
+            values = self._descended(target, free, values, iterations)
+            steppers = [name for name in STEPPED if name in names and name not in self.fixed]
+            for name in steppers:
+                values = self._stepped(target, free, values, name)
+            if turn or not steppers or values == before:
+                break
+        return values
+
+    def slopes(self, values: Values, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Change of the means [K, P] with a step of each coordinate, the steps [P], and the longest moves [P]."""
+        small, limits = steps(names, self.optics)
+        point = pack(values, names)
+        base = self.mean(values)
+        columns = []
+        for k, step in enumerate(small):
+            moved = point.copy()
+            moved[k] += step
+            moved_values = dict(values) | unpack(moved, names)
+            columns.append(self.like(moved_values, values) - base)
+        return np.array(columns).reshape(len(small), len(base)).T, small, limits
+
+    def gain(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> float:
+        """About how many nats (not below 0) adding this effect brings."""
+        difference = target - self.mean(values)
+        now = self.loss(difference, free)
+        if smooth(name):
+            trial = dict(values) | {name: starts(name, self.optics.width)[0]}
+            columns, _, _ = self.slopes(trial, [name])
+            moved = np.linalg.lstsq(*self._equations(columns, difference, free), rcond=None)[0]
+            return now - self.loss(difference - columns @ moved, free)
+        started = self._started(target, free, dict(values), name)
+        return max(now - self.loss(target - self.like(started, values), free), 0.0)
+
+    def effects(self, values: Values, names: Sequence[str]) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Whitened, of each of these effects: what losing it changes [K], and its slopes [K, P] (0 where it steps)."""
+        free = np.zeros(len(self.mean(values)), dtype=bool)
+        lost, slopes = {}, {}
+        for name in names:
+            without = {key: given for key, given in values.items() if key != name}
+            lost[name] = self.rest((self.mean(values) - self.like(without, values))[None], free)[0]
+            columns = np.zeros((len(free), 1)) if name in STEPPED else self.slopes(values, [name])[0]
+            slopes[name] = self.rest(columns.T, free).T
+        return lost, slopes
+
+    def _few(self) -> tuple[int, ...]:
+        count = len(self.simulated)
+        return tuple(sorted({round(k * (count - 1) / (FEW - 1)) for k in range(FEW)}))
+
+    def rest(self, differences: np.ndarray, free: np.ndarray) -> np.ndarray:
+        """Whitened differences [..., K] without what `free` statistics can take over."""
+        white = self.scatter.whitened(differences)
+        if not free.any():
+            return white
+        taken = self.scatter.whitened(np.eye(len(free))[free]).T
+        basis = np.linalg.qr(taken)[0]
+        return white - (white @ basis) @ basis.T
+
+    def _equations(
+        self, columns: np.ndarray, difference: np.ndarray, free: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        return self.rest(columns.T, free).T, self.rest(difference[None], free)[0]
+
+    def _started(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
+        """With the effect at the likeliest of its starts."""
+        if name in self.fixed:
+            return {**values, name: dict(self.fixed[name])}  # type: ignore[dict-item]
+        trials = [{**values, name: start} for start in starts(name, self.optics.width)]
+        losses = [self.loss(target - self.like(trial, values), free) for trial in trials]
+        return trials[int(np.argmin(losses))]  # type: ignore[return-value]
+
+    def _descended(
+        self, target: np.ndarray, free: np.ndarray, values: Values, iterations: int
+    ) -> dict[str, dict[str, float]]:
+        """Moved to the bottom nearby, by damped steps (Levenberg, Marquardt)."""
+        now = {name: dict(given) for name, given in values.items()}
+        names = sorted(name for name in now if name not in self.fixed and name not in STEPPED)
+        if not names:
+            return now
+        loss, damping = self.loss(target - self.mean(now), free), 1e-3
+        for _ in range(iterations):
+            columns, small, limits = self.slopes(now, names)
+            matrix, vector = self._equations(columns, target - self.mean(now), free)
+            scale = np.sqrt((matrix**2).sum(0)) + 1e-6
+            for _ in range(4):
+                damped = np.concatenate([matrix, np.diag(np.sqrt(damping) * scale)])
+                move = np.linalg.lstsq(damped, np.concatenate([vector, np.zeros(len(scale))]), rcond=None)[0]
+                trial = now | unpack(pack(now, names) + move.clip(-limits, limits) * small, names)
+                trial_loss = self.loss(target - self.mean(trial), free)
+                if trial_loss < loss:
+                    break
+                damping = max(damping * 30, 0.03)
+            else:
+                break
+            gained, now, loss, damping = loss - trial_loss, trial, trial_loss, damping / 10
+            if gained < max(0.02, 1e-3 * loss) or np.abs(move).max() < 0.02:
+                break
+        return now
+
+    def _stepped(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
+        """With the likeliest whole number of cells, or quality, near that of `values`."""
+        width = self.optics.width
+        cells = name == "low_resolution"
+        low, high = (max(2, -(-width // 16)), width) if cells else (1, 100)
+
+        def at(whole: int) -> dict[str, dict[str, float]]:
+            given = {"factor": width / whole} if cells else {"quality": float(whole)}
+            return {**values, name: given}  # type: ignore[dict-item]
+
+        known: dict[int, float] = {}
+
+        def loss(whole: int) -> float:
+            if whole not in known:
+                known[whole] = self.loss(target - self.mean(at(whole)), free)
+            return known[whole]
+
+        best = round(width / values[name]["factor"] if cells else values[name]["quality"])
+        stride = max(round(best * 0.08), 1)
+        while True:
+            new = min((whole for whole in (best, best - stride, best + stride) if low <= whole <= high), key=loss)
+            if new != best:
+                best = new
+            elif stride > 1:
+                stride //= 2
+            else:
+                return at(best)

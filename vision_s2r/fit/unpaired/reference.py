@@ -1,0 +1,106 @@
+"""A camera with every effect, fitted first: near it the scatter of the statistics is known."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.case import Names, Values
+from vision_s2r.fit.unpaired.fitting import UnpairedFitter
+from vision_s2r.fit.unpaired.scatter import scatter, tolerance
+from vision_s2r.fit.unpaired.simulated import BASE_NOISE, SimulatedSet
+from vision_s2r.fit.unpaired.space import negligible, smooth
+from vision_s2r.fit.unpaired.summary import Statistic
+
+_WORTH = 4.0  # nats below which an effect drops out
+_BLURS = ("low_resolution", "defocus_blur", "motion_blur")
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What all later fits are made with, and the sets of effects that it suggests."""
+
+    fitter: UnpairedFitter
+    proposed: list[Names]
+
+
+def reference(
+    real: np.ndarray,
+    simulated: SimulatedSet,
+    statistics: tuple[Statistic, ...],
+    optics: Optics,
+    worth: float,
+    fixed: Values,
+    names: Names,
+) -> Reference:
+    """From the statistics of the real pictures [N, K] and the effects that may be named."""
+    target = real.mean(0)
+    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, {})
+    values = _everything(fitter, target, names)
+    simulated = _with_likeliest_noise(fitter, target, values)
+    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, values)
+    return Reference(fitter, _eliminated(fitter, target, values))
+
+
+def _fitter(
+    real: np.ndarray,
+    simulated: SimulatedSet,
+    statistics: tuple[Statistic, ...],
+    optics: Optics,
+    worth: float,
+    fixed: Values,
+    values: Values,
+) -> UnpairedFitter:
+    taken = simulated.statistics(values)
+    shift = real.mean(0) - simulated.statistics({}).mean(0)
+    base = simulated.base_noise_doubt(values)
+    wrong = np.diag(tolerance(statistics, shift)) + np.outer(base, base)
+    return UnpairedFitter(simulated, scatter(real, taken, wrong), optics, worth, fixed)
+
+
+def _with_likeliest_noise(fitter: UnpairedFitter, target: np.ndarray, values: Values) -> SimulatedSet:
+    """The simulator's set with the base noise that goes best with a camera."""
+    free = np.zeros(len(target), dtype=bool)
+    sets = [fitter.simulated.with_base_noise(level) for level in BASE_NOISE]
+    losses = [fitter.loss(target - each.statistics(values).mean(0), free) for each in sets]
+    return sets[int(np.argmin(losses))]
+
+
+def _everything(fitter: UnpairedFitter, target: np.ndarray, names: Names) -> dict[str, dict[str, float]]:
+    """All smooth effects, then noise and the likeliest blur where they bring anything."""
+    free = np.zeros(len(target), dtype=bool)
+    chosen = [name for name in names if smooth(name)]
+    values = fitter.fit(target, chosen + list(fitter.fixed), free, {}, 3)
+    for rivals in (("read_noise",), ("shot_noise",), _BLURS):
+        gains = {name: fitter.gain(target, free, values, name) for name in rivals if name in names}
+        best = max(gains, key=lambda name: gains[name], default="")
+        if best and gains[best] > _WORTH:
+            values = fitter.fit(target, [*values, best], free, values, 3)
+    return values
+
+
+def _eliminated(fitter: UnpairedFitter, target: np.ndarray, values: Values) -> list[Names]:
+    """The effects that matter when one by one the least worthy leaves, the others making up for it as far as they can.
+
+    To first order: what an effect does is what losing it alone would change.
+    """
+    free = np.zeros(len(target), dtype=bool)
+    kept = {
+        name for name in values if name not in fitter.fixed and not negligible(name, values[name], fitter.optics.width)
+    }
+    lost, slopes = fitter.effects(values, sorted(kept))
+
+    def loss(names: set[str]) -> float:
+        away = sum((lost[name] for name in kept - names), fitter.rest((target - fitter.mean(values))[None], free)[0])
+        columns = np.concatenate([slopes[name] for name in sorted(names)] or [np.zeros((len(away), 1))], axis=1)
+        left = away - columns @ np.linalg.lstsq(columns, away, rcond=1e-6)[0]
+        return 0.5 * fitter.pictures * float(left @ left)
+
+    names = set(kept)
+    while names:
+        losses = {name: loss(names - {name}) for name in sorted(names)}
+        weakest = min(losses, key=lambda name: losses[name])
+        if losses[weakest] > loss(names) + _WORTH:
+            break
+        names.remove(weakest)
+    return [frozenset(names) | frozenset(fitter.fixed)] if names else []

@@ -1,0 +1,80 @@
+"""Generate a benchmark: recordings under meaningless names, commitments to the answers, and the answers apart.
+
+    OUT/recordings/ID/     one recording each; all that a diagnosis may see
+    OUT/commitments.json   what was drawn, for each ID the SHA-256 of its salt and answer, and the effects that the
+                           diagnosis of some is to be told to forget
+    OUT/answers.json        the salts and answers: nothing reads it before scoring
+
+The same seed gives the same recordings, names and answers. Salts come from the system: the commitments tell nothing
+about the answers, and no answer can be changed once they are published.
+"""
+
+import importlib
+import secrets
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+
+from vision_s2r.errors import UserError
+from vision_s2r.gapbench.config import KINDS, GapbenchConfig
+from vision_s2r.gapbench.files import commitment, read_json, write_json
+from vision_s2r.gapbench.generate.base import CASES, SPLITS
+from vision_s2r.progress import tracked
+
+FORMAT = "vision-s2r/gapbench/1"
+
+
+def generate(cfg: GapbenchConfig) -> Path:
+    """Draw and write what the configuration asks for; returns its folder. A finished benchmark is left as it is.
+
+    Raises UserError where the folder holds another benchmark.
+    """
+    out = Path(cfg.out)
+    drawn = _contents(cfg)
+    if (out / "commitments.json").exists():
+        sealed = read_json(out / "commitments.json")
+        if any(sealed.get(key) != value for key, value in drawn.items()):
+            raise UserError(f"{out}: holds another benchmark; give another out= or remove it")
+        print(f"{out}: drawn already", file=sys.stderr)
+        return out
+    (out / "recordings").mkdir(parents=True, exist_ok=True)
+    jobs = [(case, index) for case, count in drawn["counts"].items() for index in range(count)]
+    parallel = joblib.Parallel(n_jobs=cfg.jobs, return_as="generator")
+    machines = parallel(joblib.delayed(_one)(cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
+    answers = dict(sorted(tracked(machines, len(jobs), f"generate {cfg.kind} {cfg.set}")))
+    salts = {name: secrets.token_hex(16) for name in answers}
+    write_json(out / "answers.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers})
+    promised = {name: commitment(salts[name], answers[name]) for name in answers}
+    withheld = {name: answer["withhold"] for name, answer in answers.items() if answer["withhold"]}
+    write_json(out / "commitments.json", {**drawn, "commitments": promised, "withheld": withheld})
+    return out
+
+
+def _contents(cfg: GapbenchConfig) -> dict[str, Any]:
+    known = _module(cfg.kind).CASES
+    counts = {case: count for case, count in cfg.counts.items() if case in known and count}
+    if not counts:
+        raise UserError(f"gapbench: counts has no case of kind {cfg.kind}; known: {', '.join(known)}")
+    return {"format": FORMAT, "kind": cfg.kind, "set": cfg.set, "seed": cfg.seed, "counts": counts}
+
+
+def _module(kind: str) -> Any:
+    return importlib.import_module(f"vision_s2r.gapbench.generate.{kind}")
+
+
+def _one(kind: str, split: str, seed: int, case: str, index: int, out: Path) -> tuple[str, dict[str, Any]]:
+    """Draw one machine and write its recording, whole or not at all."""
+    rng = np.random.default_rng([seed, KINDS.index(kind), SPLITS.index(split), CASES.index(case), index])
+    name = rng.bytes(6).hex()
+    machine = _module(kind).machine(case, index, split, rng)
+    partial, folder = out / f"{name}.partial", out / "recordings" / name
+    for stale in (partial, folder):
+        shutil.rmtree(stale, ignore_errors=True)
+    partial.mkdir()
+    machine.write(partial)
+    partial.rename(folder)
+    return name, machine.answer.to_dict()

@@ -1,0 +1,183 @@
+"""Joint effects outside the vocabulary, in two lists that share no kind: one to tune on, one to report on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from vision_s2r.gapbench.generate.drive import DriveModel
+from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME
+from vision_s2r.gapbench.generate.library import Draw, Family, Fields, Scale
+
+Alter = Callable[[float, np.random.Generator], Callable[[np.ndarray], np.ndarray]]
+
+
+def _quadratic_drag(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"drag": x * scale.torque / scale.speed**2}
+
+
+def _dead_zone(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"dead_zone": 0.4 * x * scale.torque}
+
+
+def _cubic_spring(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"cubic": x * scale.torque / max(scale.range, 1.0) ** 3}
+
+
+def _return_spring(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"spring": x * scale.torque / max(scale.range, 1.0)}
+
+
+def _friction_patch(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    place, width = rng.uniform(-0.5, 0.5), rng.uniform(0.1, 0.5)
+    return lambda x: {"patch": 0.5 * x * scale.torque, "patch_position": place, "patch_width": width}
+
+
+def _disturbance(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    frequency, phase = rng.uniform(0.3, 3.0), rng.uniform(0, 2 * np.pi)
+    return lambda x: {
+        "disturbance": 0.4 * x * scale.torque,
+        "disturbance_frequency": frequency,
+        "disturbance_phase": phase,
+    }
+
+
+def _current_lag(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"lag": max(0.1 * x, 2e-4)}
+
+
+def _load_switch(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    time = rng.uniform(2.0, 6.0)
+    return lambda x: {"switch_inertia": 2 * x * nominal.inertia, "switch_time": time}
+
+
+def _hysteresis(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    distance = rng.uniform(0.1, 0.5)
+    return lambda x: {"hysteresis": 0.4 * x * scale.torque, "hysteresis_distance": distance}
+
+
+def _ripple(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    order = float(rng.integers(3, 13))
+    return lambda x: {"ripple": 0.8 * x, "ripple_order": order}
+
+
+def _fade(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    time = rng.uniform(1.0, 4.0)
+    return lambda x: {"fade": 0.6 * x, "fade_time": time}
+
+
+def _detent(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    teeth = float(rng.integers(3, 9))
+    return lambda x: {"detent": 0.3 * x * scale.torque, "detent_teeth": teeth}
+
+
+def _sag(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"sag": 3 * x / (scale.torque * scale.speed)}
+
+
+def _inertia_swing(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    sign = rng.choice([-1.0, 1.0])
+    return lambda x: {"inertia_swing": 0.8 * sign * x}
+
+
+def _end_stop(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    stiffness = rng.uniform(2.0, 8.0) * scale.torque
+    return lambda x: {"stop": scale.range * (1 - 0.9 * x), "stop_stiffness": stiffness}
+
+
+def _nothing(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    def family(x: float) -> Fields:
+        return {}
+
+    return family
+
+
+def _slew(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The drive follows its command [T] at a limited rate, here in shares of the command's range a sample."""
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        most = np.ptp(command) * 0.01 / x
+        given = np.zeros_like(command)
+        last = 0.0
+        for k, wanted in enumerate(command):
+            last += np.clip(wanted - last, -most, most)
+            given[k] = last
+        return given
+
+    return alter
+
+
+def _dropped(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """Commands get lost at random: the drive keeps the last one."""
+    seed = int(rng.integers(2**31))
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        lost = np.random.default_rng(seed).random(len(command)) < 0.8 * x
+        lost[0] = False
+        return command[np.maximum.accumulate(np.where(lost, 0, np.arange(len(command))))]
+
+    return alter
+
+
+def _eccentric(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The encoder's disc sits off its centre: an error of once a turn, on position and rate [T, 2]."""
+    phase = rng.uniform(0, 2 * np.pi)
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        angle = shown[:, 0] + phase
+        offset = 0.3 * x * (np.sin(angle) - np.sin(phase))
+        return np.stack([shown[:, 0] + offset, shown[:, 1] * (1 + 0.3 * x * np.cos(angle))], axis=1)
+
+    return alter
+
+
+def _late_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The sensor's delay grows from nothing over the episode."""
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        t = np.arange(len(shown)) * SAMPLE_TIME
+        seen = t - 0.1 * x * t / t[-1]
+        return np.stack([np.interp(seen, t, column) for column in shown.T], axis=1)
+
+    return alter
+
+
+@dataclass(frozen=True)
+class UnknownEffect:
+    """An effect outside the vocabulary.
+
+    `command` alters what the drive is told, `sensor` what is read; `optional` are effects of the vocabulary that are
+    part of it, so that naming them is not wrong.
+    """
+
+    draw: Draw = _nothing
+    command: Alter | None = None
+    sensor: Alter | None = None
+    optional: tuple[str, ...] = field(default=())
+
+
+UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
+    "tuning": {
+        "quadratic_drag": UnknownEffect(_quadratic_drag),
+        "dead_zone": UnknownEffect(_dead_zone),
+        "cubic_spring": UnknownEffect(_cubic_spring),
+        "return_spring": UnknownEffect(_return_spring),
+        "friction_patch": UnknownEffect(_friction_patch),
+        "periodic_disturbance": UnknownEffect(_disturbance),
+        "current_lag": UnknownEffect(_current_lag),
+        "load_switch": UnknownEffect(_load_switch),
+        "rate_limiter": UnknownEffect(command=_slew),
+    },
+    "reporting": {
+        "hysteresis": UnknownEffect(_hysteresis),
+        "torque_ripple": UnknownEffect(_ripple),
+        "torque_constant_fade": UnknownEffect(_fade),
+        "two_harmonic_detent": UnknownEffect(_detent, optional=("cogging",)),
+        "supply_sag": UnknownEffect(_sag),
+        "end_stop": UnknownEffect(_end_stop),
+        "position_dependent_inertia": UnknownEffect(_inertia_swing),
+        "dropped_commands": UnknownEffect(command=_dropped),
+        "encoder_eccentricity": UnknownEffect(sensor=_eccentric),
+        "growing_sensor_delay": UnknownEffect(sensor=_late_sensor),
+    },
+}

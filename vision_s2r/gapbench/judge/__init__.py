@@ -1,1 +1,0 @@
-"""The judge: diagnoses each sealed recording in a process of its own, then opens the answers and scores."""

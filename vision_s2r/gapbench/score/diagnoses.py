@@ -1,0 +1,89 @@
+"""Diagnose sealed recordings, each by a process that sees nothing but that recording.
+
+OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took, and its last words.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import joblib
+
+from vision_s2r.errors import UserError
+from vision_s2r.gapbench.config import GapbenchConfig
+from vision_s2r.gapbench.files import read_json, write_json
+from vision_s2r.progress import tracked
+
+_DIAGNOSE = Path(__file__).resolve().parents[3] / "scripts" / "diagnose.py"
+_LAST_WORDS = 2000  # characters
+
+
+def run(cfg: GapbenchConfig) -> list[str]:
+    """Diagnose what has no finished report yet; returns the IDs that are scored.
+
+    Raises UserError where there is no benchmark, or a recording is gone.
+    """
+    out = Path(cfg.out)
+    sealed = read_json(out / "commitments.json")
+    names = sorted(sealed["commitments"])[: cfg.limit or None]
+    gone = [name for name in names if not (out / "recordings" / name).is_dir()]
+    if gone:
+        raise UserError(f"{out / 'recordings' / gone[0]}: the sealed recording is gone")
+    waiting = [name for name in names if not _finished(out / "reports" / name)]
+    (out / "reports").mkdir(exist_ok=True)
+    parallel = joblib.Parallel(n_jobs=cfg.jobs, backend="threading", return_as="generator_unordered")
+    jobs = (joblib.delayed(_one)(cfg, out, name, sealed["withheld"].get(name)) for name in waiting)
+    for _ in tracked(parallel(jobs), len(waiting), "score"):
+        pass
+    return names
+
+
+def _finished(folder: Path) -> bool:
+    """Whether a diagnosis ended with a report; one that failed is tried again."""
+    return (folder / "run.json").is_file() and read_json(folder / "run.json")["exit"] == 0
+
+
+def _one(cfg: GapbenchConfig, out: Path, name: str, withhold: str | None) -> None:
+    with tempfile.TemporaryDirectory() as empty:
+        home = Path(empty)
+        shutil.copytree(out / "recordings" / name, home / "recording")
+        told = _diagnosed(cfg, home, withhold)
+        report = home / "report"
+        report.mkdir(exist_ok=True)
+        write_json(report / "run.json", told)
+        shutil.rmtree(out / "reports" / name, ignore_errors=True)
+        partial = out / "reports" / f"{name}.partial"
+        shutil.rmtree(partial, ignore_errors=True)
+        shutil.copytree(report, partial)
+        partial.rename(out / "reports" / name)
+
+
+def _diagnosed(cfg: GapbenchConfig, home: Path, withhold: str | None) -> dict[str, Any]:
+    """Run the command in a folder that holds a recording and nothing else."""
+    threads = max(1, (os.cpu_count() or 1) // cfg.jobs)
+    command = cfg.diagnose or [sys.executable, str(_DIAGNOSE)]
+    arguments = [f"recording={home / 'recording'}", f"out={home / 'report'}", f"jobs={threads}"]
+    arguments += [f"withhold=[{withhold}]"] if withhold else []
+    limits = {key: str(threads) for key in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
+    begin = time.perf_counter()
+    try:
+        done = subprocess.run(
+            [*command, *arguments],
+            cwd=home,
+            env={**os.environ, **limits},
+            capture_output=True,
+            text=True,
+            timeout=cfg.timeout,
+            check=False,
+        )
+        code, words = done.returncode, done.stderr
+    except subprocess.TimeoutExpired:
+        code, words = 124, f"stopped after {cfg.timeout:g} s"
+    if code == 0 and not (home / "report" / "report.json").is_file():
+        code, words = 1, "it wrote no report.json"
+    return {"exit": code, "seconds": time.perf_counter() - begin, "stderr": words[-_LAST_WORDS:]}

@@ -1,0 +1,74 @@
+"""Score a sealed benchmark: diagnose, open the answers, score."""
+
+import sys
+from collections import Counter
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from vision_s2r.errors import UserError
+from vision_s2r.files import write
+from vision_s2r.gapbench.config import GapbenchConfig
+from vision_s2r.gapbench.files import commitment, read_json, write_json
+from vision_s2r.gapbench.score import pictures
+from vision_s2r.gapbench.score.diagnoses import run
+from vision_s2r.gapbench.score.score import Score, score
+from vision_s2r.gapbench.score.table import markdown, totals
+
+
+def score_all(cfg: GapbenchConfig) -> Path:
+    """Diagnose every recording, then score: OUT/results.json, table.md, confusion.png and estimates.png.
+
+    Raises UserError where there is no benchmark, or an answer is not the one that was committed to.
+    """
+    out = Path(cfg.out)
+    names = run(cfg)
+    sealed = read_json(out / "commitments.json")
+    answers = _opened(out, sealed["commitments"])
+    scores = [_scored(out, name, sealed["kind"], answers[name]) for name in names]
+    rows = totals(sealed["kind"], scores)
+    about = {key: sealed[key] for key in ("format", "kind", "set", "seed", "counts")}
+    results = {
+        **about,
+        "totals": [asdict(row) for row in rows],
+        "recordings": [asdict(each) for each in scores],
+    }
+    write_json(out / "results.json", results)
+    title = f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
+    text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
+    write(out / "table.md", text)
+    pictures.save(pictures.confusion(scores), out / "confusion.png")
+    pictures.save(pictures.estimates(scores), out / "estimates.png")
+    print(text, file=sys.stderr)
+    return out
+
+
+def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
+    """The sealed answers. Raises UserError unless each is what was committed to."""
+    sealed = read_json(out / "answers.json")
+    for name, promised in commitments.items():
+        entry = sealed.get(name)
+        if entry is None or commitment(entry["salt"], entry["answer"]) != promised:
+            raise UserError(f"{out / 'answers.json'}: the answer to {name} is not the one that was committed to")
+    return {name: entry["answer"] for name, entry in sealed.items()}
+
+
+def _scored(out: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:
+    folder = out / "reports" / name
+    ran = read_json(folder / "run.json")
+    report = read_json(folder / "report.json") if ran["exit"] == 0 else None
+    return score(name, kind, answer, report, ran["seconds"])
+
+
+def _mistakes(scores: list[Score]) -> str:
+    """What was not exact, by case, for people."""
+    lines = []
+    for each in scores:
+        wrong = each.failed or bool(each.false) or not each.verdict_right or not (each.exact or each.recognized)
+        if wrong and not each.recognized:
+            truth = " + ".join(each.expected) or each.unknown or "nothing"
+            lines.append(f"- {each.id} {each.case}: {truth} → {each.verdict}, {' + '.join(each.named) or 'no name'}")
+    if not lines:
+        return ""
+    cases = ", ".join(f"{case} {count}" for case, count in sorted(Counter(s.case for s in scores).items()))
+    return f"\nMistakes among {cases}:\n\n" + "\n".join(sorted(lines, key=lambda line: line.split()[2])) + "\n"

@@ -1,0 +1,140 @@
+"""Totals over scores, with 95 % intervals, and the issue's table of goals."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import binom
+from statsmodels.stats.proportion import proportion_confint
+
+from vision_s2r.gapbench.score.score import Score
+
+
+@dataclass(frozen=True)
+class Total:
+    """A share or a median over `count` cases with its 95 % interval; the goal is a range, None: there is none."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    count: int
+    goal: tuple[float, float] | None = None
+    percent: bool = True
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the measured value lies in the goal's range."""
+        return None if self.goal is None else self.goal[0] <= self.value <= self.goal[1]
+
+
+def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
+    """Every figure of the table that these scores define, in its order."""
+    parameters = [each for score in scores for each in score.parameters if score.case != "known_unknown"]
+    shrinks = [score.shrink_ratio for score in scores if score.shrink_ratio is not None and score.exact]
+    every = [score.shrink_ratio for score in scores if score.shrink_ratio is not None]
+    rows = [
+        *_exact(scores),
+        _share("source right", (s.source_right for s in scores if s.case != "known_unknown"), (0.99, 1)),
+        _share("location right, where the effect has one", (s.location_right for s in scores)),
+        _share("verdict right", (s.verdict_right for s in scores)),
+        _median("median parameter error", (p.error for p in parameters), (0, 0.03 if kind == "joint" else 0.05)),
+        _share("intervals that cover the truth", (p.covered for p in parameters), (0.90, 0.98)),
+        _median("shrink over the true effect's own", every, (0.95, np.inf)),
+        _median("shrink over the true effect's own, exact sets", shrinks),
+        _share("shrink at least 0.95 of the true effect's own", (ratio >= 0.95 for ratio in every)),
+        _share("false alarm, null and wrong parameters", (s.false_alarm for s in scores), (0, 0.01)),
+        *_unknowns(scores),
+        _median("seconds a recording", (s.seconds for s in scores), (0, 10), percent=False),
+        _share("failed", (s.failed for s in scores)),
+    ]
+    return [row for row in rows if row is not None]
+
+
+def _exact(scores: Sequence[Score]) -> list[Total | None]:
+    goals = {"single": 0.97, "pair": 0.90, "triple": 0.75, "all_nominal": 0.90}
+    titles = {
+        "single": "one effect: exact",
+        "unpaired": "one effect, unpaired: exact",
+        "pair": "pairs: exact set",
+        "triple": "triples: exact set",
+        "dynamics": "wrong parameters only: exact set",
+        "all_nominal": "all parameters 5–25 % off and one effect: exact",
+        "known_unknown": "a known and an unknown effect: known one exact",
+    }
+    rows: list[Total | None] = []
+    for case, title in titles.items():
+        of_case = [score for score in scores if score.case == case]
+        goal = (goals[case], 1.0) if case in goals else None
+        rows.append(_share(title, (s.exact for s in of_case), goal))
+        if case in goals:
+            rows.append(_share(f"{title}, or one declared confusable", (s.exact or s.confusable for s in of_case)))
+        if case == "all_nominal":
+            rows.append(_share(f"{title}, effects of the drive alone", (s.drive for s in of_case)))
+    return rows
+
+
+def _unknowns(scores: Sequence[Score]) -> list[Total | None]:
+    def of(case: str, each: Callable[[Score], bool | None]) -> Iterable[bool | None]:
+        return (each(score) for score in scores if score.case == case)
+
+    return [
+        _share(
+            "effect outside the library: unknown, no false name",
+            of("unknown", lambda s: s.recognized),
+            (0.95, 1),
+        ),
+        _share(
+            "effect left out of the library: unknown, or one declared confusable",
+            of("left_out", lambda s: s.recognized),
+        ),
+        _share("a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)),
+        _share("effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)),
+    ]
+
+
+def _share(name: str, hits: Iterable[bool | None], goal: tuple[float, float] | None = None) -> Total | None:
+    """A share with Wilson's interval, over those that are not None."""
+    told = [hit for hit in hits if hit is not None]
+    if not told:
+        return None
+    low, high = proportion_confint(sum(told), len(told), alpha=0.05, method="wilson")
+    return Total(name, sum(told) / len(told), float(low), float(high), len(told), goal)
+
+
+def _median(
+    name: str, values: Iterable[float], goal: tuple[float, float] | None = None, percent: bool = True
+) -> Total | None:
+    """A median with its interval from order statistics (exact, of no distribution)."""
+    ordered = np.sort(np.fromiter(values, dtype=float))
+    count = len(ordered)
+    if not count:
+        return None
+    rank = int(binom.ppf(0.025, count, 0.5))
+    low, high = ordered[max(rank - 1, 0)], ordered[min(count - rank, count - 1)]
+    return Total(name, float(np.median(ordered)), float(low), float(high), count, goal, percent)
+
+
+def markdown(rows: Sequence[Total]) -> str:
+    """The table as Markdown."""
+    lines = ["| | measured | 95 % interval | of | goal | |", "| --- | ---: | --- | ---: | --- | --- |"]
+    for row in rows:
+        value, low, high = (_figure(number, row.percent) for number in (row.value, row.low, row.high))
+        mark = {None: "", True: "met", False: "not met"}[row.met]
+        lines.append(f"| {row.name} | {value} | {low} – {high} | {row.count} | {_goal(row)} | {mark} |")
+    return "\n".join(lines) + "\n"
+
+
+def _figure(number: float, percent: bool) -> str:
+    return f"{100 * number:.3g} %" if percent else f"{number:.3g}"
+
+
+def _goal(row: Total) -> str:
+    if row.goal is None:
+        return ""
+    low, high = row.goal
+    if low <= 0:
+        return f"≤ {_figure(high, row.percent)}"
+    if high >= 1:
+        return f"≥ {_figure(low, row.percent)}"
+    return f"{_figure(low, row.percent)} – {_figure(high, row.percent)}"

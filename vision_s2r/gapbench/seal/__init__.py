@@ -1,1 +1,0 @@
-"""The sealer: draws machines, simulates them with code of its own, and writes recordings and sealed answers."""

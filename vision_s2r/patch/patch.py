@@ -1,0 +1,36 @@
+"""All formats of a kind, into one folder."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from vision_s2r.files import write
+from vision_s2r.patch import bullet, hydra, mujoco, opencv, urdf
+from vision_s2r.recording import JointRecording, Recording
+from vision_s2r.report.reading import diagnosed
+
+
+def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -> list[Path]:
+    """Write what a report names into a folder, for the machine of the recording; returns the files.
+
+    Hydra: a configuration with the values, and one whose ranges are their intervals. Joints: MuJoCo, URDF and
+    PyBullet. Cameras: OpenCV, where the geometry is concerned. Raises UserError where that cannot be.
+    """
+    named = diagnosed(report)
+    if isinstance(recording, JointRecording):
+        files = {
+            "joint.yaml": hydra.joint(named, recording, randomize=False),
+            "joint_randomized.yaml": hydra.joint(named, recording, randomize=True),
+            "mujoco.xml": mujoco.joint(named, recording),
+            "urdf.xml": urdf.joint(named, recording),
+            "pybullet.json": bullet.joint(named, recording),
+        }
+    else:
+        files = {
+            "camera.yaml": hydra.camera(named, recording, randomize=False),
+            "camera_randomized.yaml": hydra.camera(named, recording, randomize=True),
+            "overrides.txt": hydra.camera_overrides(named, recording),
+        }
+        if opencv.GEOMETRY & named.keys():
+            files["opencv.yml"] = opencv.calibration(named, recording)
+    return [write(folder / name, content) for name, content in files.items()]

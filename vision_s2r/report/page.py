@@ -1,0 +1,48 @@
+"""The page."""
+
+import base64
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from vision_s2r.files import write
+from vision_s2r.report import words
+
+TEMPLATE = "report.html"
+
+
+def write_html(report: Mapping[str, Any], figures: Mapping[str, bytes], path: Path) -> None:
+    """Write a report as one page that needs no other file and no network.
+
+    `figures` are PNGs by caption, shown in their order. Raises UserError where the file cannot be written.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("vision_s2r.report"),
+        autoescape=True,  # keys beyond the contract's may be absent, so undefined ones are not an error
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        "words": lambda name: name.replace("_", " "),
+        "number": words.number,
+        "percent": words.percent,
+        "ends": words.interval_percent,
+        "measured": words.measured,
+        "interval": words.interval,
+        "png": lambda content: "data:image/png;base64," + base64.b64encode(content).decode(),
+    }
+    page = environment.get_template(TEMPLATE).render(
+        report=report, gap=report["gap"], figures=figures, sentence=words.verdict(report), bars=_bars(report["gap"])
+    )
+    write(path, page)
+
+
+def _bars(gap: Mapping[str, Any]) -> list[tuple[str, str, float]]:
+    """Label, what it is, and value of each bar of the gap."""
+    bars = [("before", "the simulator as it came", gap["before"])]
+    if gap.get("refitted", gap["before"]) != gap["before"]:
+        bars.append(("refitted", "the same effects, its parameters fitted", gap["refitted"]))
+    bars.append(("after", "with the effects that were found", gap["after"]))
+    return [*bars, ("floor", "measurement noise", gap["floor"])]
