@@ -1,4 +1,4 @@
-"""Benchmarks, side by side: `python scripts/benchmark.py render|translate|grasp|joint|control [KEY=VALUE …]`."""
+"""Benchmarks, side by side: `benchmark.py render|translate|grasp|joint|contact|control [KEY=VALUE …]`."""
 
 from vision_s2r.benchmarks import BENCHMARKS
 from vision_s2r.cli import choose

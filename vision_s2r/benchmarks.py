@@ -4,6 +4,7 @@ from pathlib import Path
 
 from vision_s2r.cli import compose, log_to_terminal
 from vision_s2r.config import Config
+from vision_s2r.contact import benchmark as contact_benchmark
 from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
 from vision_s2r.joint import benchmark as joint_benchmark
@@ -38,9 +39,21 @@ def joint(overrides: list[str]) -> None:
     joint_benchmark.run(compose(Config, overrides=overrides).seed)
 
 
+def contact(overrides: list[str]) -> None:
+    """Steps a second of the contact simulator, against PyBullet."""
+    contact_benchmark.run(compose(Config, overrides=overrides).seed)
+
+
 def control(overrides: list[str]) -> None:
     """Steps a second of the speed-tracking environment, against a Python loop of one joint."""
     control_benchmark.run(compose(Config, overrides=overrides).seed)
 
 
-BENCHMARKS = {"render": render, "translate": translate, "grasp": grasp, "joint": joint, "control": control}
+BENCHMARKS = {
+    "render": render,
+    "translate": translate,
+    "grasp": grasp,
+    "joint": joint,
+    "contact": contact,
+    "control": control,
+}
