@@ -77,7 +77,7 @@ def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict
     real, before, after = measured(recording), free_run(recording, {}), free_run(recording, effects)
     blocks = []
     for k, length in enumerate(recording.lengths):
-        t = np.arange(length) * recording.sample_time
+        t = recording.time[k, :length]
         both = [each[k, :length, quantity] for quantity in (0, 1) for each in (real, before, after)]
         blocks.append(np.stack([np.full(length, recording.episodes[k]), t, *both], axis=1))
     _write_table(out / "replay.csv", np.concatenate(blocks))

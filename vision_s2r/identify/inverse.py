@@ -56,8 +56,11 @@ class Regression:
 def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarray) -> Regression:
     """The torque balance of a recording; `segment` [E, T] int says what is held out together.
 
-    Raises UserError where its episodes are too short for the filters, or its sampling is too slow.
+    Raises UserError where its episodes are too short for the filters, or its sampling is too slow, or uneven, and where
+    no torque was recorded.
     """
+    if recording.servo or recording.times is not None:
+        raise UserError("method=inverse takes torques in even samples, expected method=forward for this recording")
     rate = 1 / recording.sample_time
     bandwidth = cfg.bandwidth or BANDWIDTH * rate
     if POSITION * bandwidth > 0.45 * rate:

@@ -1,7 +1,7 @@
 """What a recording is, once it has been read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -11,22 +11,40 @@ import numpy as np
 class JointRecording:
     """E episodes of a joint, the longest of T samples; units are SI, angular or linear as `units` says.
 
-    Row k of an episode is the state at `k * sample_time`, and the command from then until the next row.
+    Row k of an episode is the state at `time[:, k]`, and the command from then until the next row. The commands of a
+    position servo, whose `nominal` has a proportional_gain, are target positions.
     """
 
-    nominal: dict[str, float]  # what the simulator believes: the six keys of NOMINAL, in its order
-    sample_time: float  # s
+    nominal: dict[str, float]  # what the simulator believes: arguments of `vision_s2r.joint.Nominal`
+    sample_time: float  # s; of uneven samples the median
     units: Literal["rotary", "linear"]
-    command: np.ndarray  # float64 [E, T]: current in A, or torque or force with a torque constant of 1; 0 after the end
+    # float64 [E, T]: current in A, or torque or force with a torque constant of 1, or target in rad or m; 0 at the end
+    command: np.ndarray
     position: np.ndarray  # float64 [E, T], rad or m; NaN after the end
     velocity: np.ndarray | None  # float64 [E, T], rad/s or m/s; NaN after the end; None where it was not recorded
     lengths: np.ndarray  # int64 [E]
     episodes: tuple[int, ...]  # the episodes' numbers in the recording
+    times: np.ndarray | None = None  # float64 [E, T], s since each first row; None: every `sample_time`
+    supply: np.ndarray | None = None  # float64 [E, T]: factor of the command, 0 where the drive is off; None: 1
+    external: np.ndarray | None = None  # float64 [E, T]: torque or force on the load; None: none
+    left_out: dict[str, str] = field(default_factory=dict)  # columns that could not be used, and why
 
     kind = "joint"
 
     def __len__(self) -> int:
         return len(self.lengths)
+
+    @property
+    def servo(self) -> bool:
+        """Whether commands are the targets of a position servo."""
+        return "proportional_gain" in self.nominal
+
+    @property
+    def time(self) -> np.ndarray:
+        """float64 [E, T]: s since each episode's first row; it goes on after the end."""
+        if self.times is not None:
+            return self.times
+        return np.broadcast_to(np.arange(self.position.shape[1]) * self.sample_time, self.position.shape)
 
     @property
     def first(self) -> np.ndarray:
@@ -75,11 +93,18 @@ def split(recording: R, units: Sequence[int]) -> R:
 def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
     lengths = recording.lengths[index]
     longest = int(lengths.max(initial=0))
+
+    def taken(values: np.ndarray | None) -> np.ndarray | None:
+        return None if values is None else values[index, :longest]
+
     return replace(
         recording,
         command=recording.command[index, :longest],
         position=recording.position[index, :longest],
-        velocity=None if recording.velocity is None else recording.velocity[index, :longest],
+        velocity=taken(recording.velocity),
+        times=taken(recording.times),
+        supply=taken(recording.supply),
+        external=taken(recording.external),
         lengths=lengths,
         episodes=tuple(recording.episodes[k] for k in index),
     )

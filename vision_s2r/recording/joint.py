@@ -9,12 +9,12 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.recording import header, motion
+from vision_s2r.recording import header, motion, plausible
 from vision_s2r.recording.data import JointRecording
 
-KEYS = ("format", "kind", "sample_time", "nominal", "units")
+KEYS = ("format", "kind", "sample_time", "nominal", "units", "control")
 # Of the nominal simulator J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0: the least value of each, and whether
-# it is one; the last two are optional.
+# it is one; the last three are optional.
 NOMINAL = {
     "torque_constant": (0.0, False),
     "inertia": (0.0, False),
@@ -22,13 +22,24 @@ NOMINAL = {
     "coulomb_friction": (0.0, True),
     "gravity_torque": (-math.inf, True),
     "bias_torque": (-math.inf, True),
+    "position_offset": (-math.inf, True),
 }
 OPTIONAL = {"gravity_torque": 0.0, "bias_torque": 0.0}
-COMMANDS = {"current": ("rotary", "linear"), "torque": ("rotary",), "force": ("linear",)}
-COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity")
+CONTROL = {"proportional": "proportional_gain", "derivative": "derivative_gain", "limit": "command_limit"}
+COMMANDS = {
+    "current": ("rotary", "linear"),
+    "torque": ("rotary",),
+    "force": ("linear",),
+    "target": ("rotary", "linear"),
+}
+COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity", "external", "enabled", "supply")
+MEANT = {"goal": "target", "goal_position": "target", "command": "target", "voltage": "supply", "time": "t"}
 
 LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
-STEP_TOLERANCE, RATE_TOLERANCE = 0.1, 0.01  # of the sample time: one step's, and that of the mean step
+RATE_TOLERANCE = 0.01  # of the sample time; steps that keep to it are even
+MOST_UNEVEN = 2.0  # a factor between sample_time and the median step of uneven samples
+LONGEST_GAP = 60.0  # s without a row in an episode
+HIGHEST_SUPPLY = 4.0  # a factor; beyond it, it is volts
 LEAST_EPISODE, LEAST_SAMPLES = 10, 100  # rows of an episode and of a recording, to hold a part of it out
 
 
@@ -41,25 +52,61 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecor
     path = folder / "joint.csv"
     columns, lines = _columns(path)
     command = _command(columns, units, path)
-    nominal = _nominal(header.mapping(content, "nominal", where), command, where)
+    nominal = _nominal(header.mapping(content, "nominal", where), command, where) | _control(content, command, where)
+    _check_inputs(columns, lines, path)
     episodes = _episodes(columns["episode"], lines, path)
-    for rows in episodes.values():
-        _check_time(columns["t"][rows], lines[rows], sample_time, path)
-    recording = _recording(nominal, sample_time, units, columns, command, episodes)
+    steps = [_steps(columns["t"][rows], lines[rows], sample_time, path) for rows in episodes.values()]
+    even = all(np.all(np.abs(each / sample_time - 1) <= RATE_TOLERANCE) for each in steps)
+    if not even:
+        sample_time = _median_step(np.concatenate(steps), sample_time, path)
+    recording = _recording(nominal, sample_time, units, columns, command, episodes, even)
     _check_length(recording, hold_out, path)
-    motion.check(recording, path)
+    recording = motion.checked(recording, path)
+    plausible.check(recording, command, path)
     return recording
 
 
 def _nominal(given: dict[str, Any], command: str, where: str) -> dict[str, float]:
     where = f"{where}: nominal"
-    optional = set(OPTIONAL) | ({"torque_constant"} if command != "current" else set())
+    optional = {*OPTIONAL, "position_offset"} | ({"torque_constant"} if command != "current" else set())
     header.check_keys(given, NOMINAL, [key for key in NOMINAL if key not in optional], where)
     values = {
         key: header.number(given, key, where, low, LARGEST_VALUE, inclusive) if key in given else OPTIONAL.get(key, 1.0)
         for key, (low, inclusive) in NOMINAL.items()
+        if key in given or key != "position_offset"
     }
-    return values if command == "current" else values | {"torque_constant": 1.0}
+    return values | {"torque_constant": 1.0} if command in ("torque", "force") else values
+
+
+def _control(content: Mapping[str, Any], command: str, where: str) -> dict[str, float]:
+    """The law of a position servo, under the names of a nominal joint."""
+    if "control" not in content:
+        if command == "target":
+            raise UserError(f"{where}: control is missing, expected the gains of the servo that follows the targets")
+        return {}
+    if command != "target":
+        raise UserError(f"{where}: control is of a position servo, but joint.csv has a {command} and no target")
+    given, where = header.mapping(content, "control", where), f"{where}: control"
+    header.check_keys(given, CONTROL, ("proportional",), where)
+    inclusive = {"proportional": False, "derivative": True, "limit": False}
+    return {
+        name: header.number(given, key, where, 0.0, LARGEST_VALUE, inclusive[key])
+        for key, name in CONTROL.items()
+        if key in given
+    }
+
+
+def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:
+    """UserError where a supply is in volts, or a drive neither on nor off."""
+    for name, high, expected in (
+        ("enabled", 1.0, "0 or 1"),
+        ("supply", HIGHEST_SUPPLY, "a factor of the command: volts over nominal volts"),
+    ):
+        values = columns.get(name, np.ones(1))
+        wrong = np.flatnonzero((values < 0) | (values > high))
+        if len(wrong):
+            k = wrong[0]
+            raise UserError(f"{path}, line {lines[k]}: {name} is {columns[name][k]:g}, expected {expected}")
 
 
 def _columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -88,12 +135,13 @@ def _check_names(names: list[str], path: Path) -> None:
     for name in names:
         if name not in COLUMNS:
             shown = "".join(letter for letter in name if letter.isprintable())[:40]
-            raise UserError(f"{path}: unknown column '{shown}', {nearest(name[:40], COLUMNS)}")
+            hint = f"did you mean '{MEANT[name]}'?" if name in MEANT else nearest(name[:40], COLUMNS)
+            raise UserError(f"{path}: unknown column '{shown}', {hint}")
         if names.count(name) > 1:
             raise UserError(f"{path}: two columns are called '{name}'")
     missing = [name for name in ("episode", "t", "position") if name not in names]
     if not any(name in names for name in COMMANDS):
-        missing.append("current (or torque, or force)")
+        missing.append("current (or torque, force or target)")
     if missing:
         raise UserError(f"{path}: missing column {', '.join(missing)}")
 
@@ -143,7 +191,8 @@ def _episodes(numbers: np.ndarray, lines: np.ndarray, path: Path) -> dict[int, n
     return {int(found[k]): rows[k] for k in np.argsort(start)}
 
 
-def _check_time(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> None:
+def _steps(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> np.ndarray:
+    """The steps (s) of an episode; UserError where time does not go on, or at another rate than it is said to."""
     steps = np.diff(t)
     backward = np.flatnonzero(steps <= 0)
     if len(backward):
@@ -152,14 +201,21 @@ def _check_time(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path
         raise UserError(f"{path}, line {lines[k + 1]}: time {how}, from {t[k]:g} to {t[k + 1]:g} s")
     if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE and np.ptp(steps) < 0.1 * steps.mean():
         raise UserError(f"{path}, line {lines[0]}: rows every {steps.mean():g} s, but sample_time is {sample_time:g} s")
-    uneven = np.flatnonzero(np.abs(steps / sample_time - 1) > STEP_TOLERANCE)
-    if len(uneven):
-        k = uneven[0]
+    gap = np.flatnonzero(steps > LONGEST_GAP)
+    if len(gap):
+        k = gap[0]
         raise UserError(
-            f"{path}, line {lines[k + 1]}: a step of {steps[k]:g} s, expected uniform steps of {sample_time:g} s"
+            f"{path}, line {lines[k + 1]}: no row for {steps[k]:g} s, expected another episode after such a gap"
         )
-    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE:
-        raise UserError(f"{path}: steps of {steps.mean():g} s in the mean, expected {sample_time:g} s")
+    return steps
+
+
+def _median_step(steps: np.ndarray, sample_time: float, path: Path) -> float:
+    """The sample time of uneven samples."""
+    median = float(np.median(steps))
+    if not 1 / MOST_UNEVEN < median / sample_time < MOST_UNEVEN:
+        raise UserError(f"{path}: rows every {median:g} s in the median, but sample_time is {sample_time:g} s")
+    return median
 
 
 def _recording(
@@ -169,6 +225,7 @@ def _recording(
     columns: Mapping[str, np.ndarray],
     command: str,
     episodes: Mapping[int, np.ndarray],
+    even: bool,
 ) -> JointRecording:
     lengths = np.array([len(rows) for rows in episodes.values()], dtype=np.int64)
 
@@ -177,6 +234,11 @@ def _recording(
         for k, rows in enumerate(episodes.values()):
             values[k, : len(rows)] = columns[name][rows]
         return values
+
+    def optional(*names: str) -> np.ndarray | None:
+        """The product of these columns, held after the end; None where there is none of them."""
+        given = [padded(name, np.nan) for name in names if name in columns]
+        return _held(np.prod(given, axis=0), lengths) if given else None
 
     return JointRecording(
         nominal=nominal,
@@ -187,7 +249,22 @@ def _recording(
         velocity=padded("velocity", np.nan) if "velocity" in columns else None,
         lengths=lengths,
         episodes=tuple(episodes),
+        times=None if even else _going_on(padded("t", np.nan), lengths, sample_time),
+        supply=optional("supply", "enabled"),
+        external=optional("external"),
     )
+
+
+def _held(values: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+    """Each row [E, T] with its last value after its end."""
+    last = np.minimum(np.arange(values.shape[1]), lengths[:, None] - 1)
+    return np.take_along_axis(values, last, axis=1)
+
+
+def _going_on(t: np.ndarray, lengths: np.ndarray, sample_time: float) -> np.ndarray:
+    """Time stamps [E, T] from 0, which go on evenly after the end."""
+    after = np.maximum(np.arange(t.shape[1]) - lengths[:, None] + 1, 0)
+    return _held(t, lengths) - t[:, :1] + after * sample_time
 
 
 def _check_length(recording: JointRecording, hold_out: bool, path: Path) -> None:

@@ -1,10 +1,12 @@
 """Whether position and velocity can be of one motion: the units of a log are where it is wrong most often.
 
 Velocity is integrated over stretches and set against the way that was gone in them. Over stretches, noise and the
-steps of an encoder average out, so a factor between the two is one of units, not of noise.
+steps of an encoder average out, so a factor between the two is one of units, not of noise. Before that it is set
+against the slope of the positions a little earlier: a servo's speed register is often filtered, and its scale is right.
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,14 +26,55 @@ FACTORS = {
     "linear": {"millimetres?": 1000.0, "centimetres?": 100.0, "inches?": 1 / 0.0254},
 }
 NEAR_FACTOR = 1.1
+LAGS = np.arange(-10, 61) / 8  # samples that a velocity may be behind the positions
+LAGGING = 0.3  # samples: this is a lag
+BETTER = 0.7  # times what it leaves without a lag, that a velocity may leave with one
+SEEN = 0.03  # of the velocity's size: what a lag makes of it
 
 
-def check(recording: JointRecording, path: Path) -> None:
-    """UserError where the position wraps around, or the velocity is not its derivative."""
+def checked(recording: JointRecording, path: Path) -> JointRecording:
+    """The recording, without a velocity that lags behind the positions.
+
+    Raises UserError where the position wraps around, or the velocity is not its derivative.
+    """
     if recording.units == "rotary":
         _check_turns(recording, path)
-    if recording.velocity is not None:
-        _check_velocity(recording, path)
+    if recording.velocity is None:
+        return recording
+    lag = _lag(recording)
+    if lag > LAGGING * recording.sample_time:
+        why = f"it lags the positions by {1e3 * lag:.1f} ms, which the simulator's velocity does not"
+        return replace(recording, velocity=None, left_out={**recording.left_out, "velocity": why})
+    _check_velocity(recording, path)
+    return recording
+
+
+def _lag(recording: JointRecording) -> float:
+    """By how much (s) the velocity is behind the slope of the positions; 0 where that explains nothing."""
+    assert recording.velocity is not None
+    seen, slopes = [], []
+    for t, position, velocity, length in zip(
+        recording.time, recording.position, recording.velocity, recording.lengths, strict=True
+    ):
+        if length < 8:
+            continue
+        t, position = t[:length], position[:length]
+        # Slopes over two samples, in the middle of which they are those of the positions.
+        middle, slope = (t[2:] + t[:-2]) / 2, (position[2:] - position[:-2]) / (t[2:] - t[:-2])
+        wanted = t[:, None] - LAGS * recording.sample_time
+        slopes.append(np.where((wanted >= t[0]) & (wanted <= t[-1]), np.interp(wanted, middle, slope), np.nan))
+        seen.append(velocity[:length])
+    if not seen:
+        return 0.0
+    known = np.isfinite(np.concatenate(slopes)).all(axis=1)
+    slope, shown = np.concatenate(slopes)[known], np.concatenate(seen)[known]
+    power = (slope**2).sum(axis=0)
+    if not (len(shown) and power.all() and np.any(shown)):
+        return 0.0
+    left = (shown**2).sum() - (slope.T @ shown) ** 2 / power  # of the best factor at each lag
+    none, best = int(np.argmin(np.abs(LAGS))), int(np.argmin(left))
+    clear = left[best] < BETTER**2 * left[none] and left[none] - left[best] > SEEN**2 * (shown**2).sum()
+    return float(LAGS[best] * recording.sample_time) if clear else 0.0
 
 
 def _check_turns(recording: JointRecording, path: Path) -> None:
@@ -46,7 +89,7 @@ def _check_turns(recording: JointRecording, path: Path) -> None:
     if len(jumps):
         episode, row = jumps[0]
         raise UserError(
-            f"{path}: position jumps by {steps[episode, row]:.3g} rad at t = {row * recording.sample_time:g} s of "
+            f"{path}: position jumps by {steps[episode, row]:.3g} rad at t = {recording.time[episode, row]:g} s of "
             f"episode {recording.episodes[episode]}, expected an angle that goes on beyond a turn"
         )
 
@@ -78,11 +121,12 @@ def _stretches(recording: JointRecording) -> tuple[np.ndarray, np.ndarray, tuple
     """The way [K] gone in each stretch by position and by velocity, and the noise (rms) expected of either."""
     assert recording.velocity is not None
     way, integral, lengths = [], [], []
-    for position, velocity, length in zip(recording.position, recording.velocity, recording.lengths, strict=True):
+    rows = zip(recording.time, recording.position, recording.velocity, recording.lengths, strict=True)
+    for time, position, velocity, length in rows:
         size = max(LEAST_STRETCH, math.ceil((length - 1) / STRETCHES))
         ends = np.arange(0, length, size)
         means = (velocity[1:length] + velocity[: length - 1]) / 2
-        travelled = np.concatenate([[0.0], np.cumsum(means)]) * recording.sample_time
+        travelled = np.concatenate([[0.0], np.cumsum(means * np.diff(time[:length]))])
         way.append(np.diff(position[ends]))
         integral.append(np.diff(travelled[ends]))
         lengths.append(np.full(len(ends) - 1, size))

@@ -10,12 +10,13 @@ import yaml
 from vision_s2r.errors import UserError
 from vision_s2r.recording.data import CameraRecording, JointRecording, Recording
 from vision_s2r.recording.header import FORMAT
+from vision_s2r.recording.joint import CONTROL
 
 
 def write(recording: Recording, folder: Path | str) -> Path:
     """Write a recording into a folder, which must be absent or empty; returns it.
 
-    A joint's command is written as a current. Raises UserError where it cannot be written.
+    A joint's command is written as a current, a servo's as a target. Raises UserError where it cannot be written.
     """
     folder = Path(folder)
     try:
@@ -31,16 +32,22 @@ def write(recording: Recording, folder: Path | str) -> Path:
 
 
 def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
-    columns = ["episode", "t", "current", "position"] + ([] if recording.velocity is None else ["velocity"])
+    command = "target" if recording.servo else "current"
+    optional = {name: getattr(recording, name) for name in ("velocity", "supply", "external")}
+    given = {name: values for name, values in optional.items() if values is not None}
+    columns = ["episode", "t", command, "position", *given]
     blocks = []
     for k, length in enumerate(recording.lengths):
-        block = [np.full(length, recording.episodes[k]), np.arange(length) * recording.sample_time]
+        block = [np.full(length, recording.episodes[k]), recording.time[k, :length]]
         block += [recording.command[k, :length], recording.position[k, :length]]
-        block += [] if recording.velocity is None else [recording.velocity[k, :length]]
+        block += [values[k, :length] for values in given.values()]
         blocks.append(np.stack(block, axis=1))
     form = ["%d"] + ["%.9g"] * (len(columns) - 1)
     np.savetxt(folder / "joint.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
-    return {"sample_time": recording.sample_time, "units": recording.units, "nominal": dict(recording.nominal)}
+    law = {key: recording.nominal[name] for key, name in CONTROL.items() if name in recording.nominal}
+    nominal = {key: value for key, value in recording.nominal.items() if key not in CONTROL.values()}
+    head = {"sample_time": recording.sample_time, "units": recording.units, "nominal": nominal}
+    return {**head, "control": law} if recording.servo else head
 
 
 def _camera(recording: CameraRecording, folder: Path) -> dict[str, Any]:

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
+from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS
@@ -66,6 +67,8 @@ class JointCase:
     metric = "velocity_rmse"
 
     def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
+        if recording.servo or recording.times is not None:
+            raise UserError("position servos and uneven samples are read and replayed, but not yet diagnosed")
         self.recording = recording
         self.library = {name: effect for name, effect in library.items() if name not in UNFITTED}
         grid = find_quantization_grid(recording.position, recording.lengths)
