@@ -21,7 +21,8 @@ from vision_s2r.randomize.coverage import covered
 from vision_s2r.recording import JointRecording
 from vision_s2r.recording import write as write_recording
 
-SIMULATOR = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.10, coulomb_friction=0.02)
+NOMINAL = {"torque_constant": 0.5, "inertia": 0.02, "viscous_damping": 0.10, "coulomb_friction": 0.02}
+SIMULATOR = Nominal(**NOMINAL)
 CORRECTED = replace(SIMULATOR, viscous_damping=0.13)  # its damping a little better, its friction as wrong as before
 REALITY = replace(SIMULATOR, viscous_damping=0.15, coulomb_friction=0.05)
 IDENTIFIED = ("viscous_damping", "coulomb_friction")
@@ -67,7 +68,7 @@ def log(seed: int) -> JointRecording:
     states = simulate(pack(REALITY, {})[None], command, np.zeros((2, 2)), SAMPLE_TIME)[0]
     states = states + np.random.default_rng(seed).normal(size=states.shape) * NOISE
     return JointRecording(
-        nominal={key: float(value) for key, value in vars(SIMULATOR).items()},
+        nominal=NOMINAL,
         sample_time=SAMPLE_TIME,
         units="rotary",
         command=command,
