@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vision_s2r.recording import CameraRecording, JointRecording
+from vision_s2r.contact import Nominal, Shape, box, pack, simulate
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
 
 NOMINAL = {
     "torque_constant": 0.5,
@@ -57,4 +58,26 @@ def a_camera(bits: int = 8, grey: bool = False, frames: int = 4) -> CameraRecord
         grey=grey,
         names=names,
         real_names=names,
+    )
+
+
+def a_contact(velocities: bool = True, samples: int = 60, shape: Shape | None = None) -> ContactRecording:
+    """Four tosses of a cube (or another body) by the nominal simulator."""
+    rng = np.random.default_rng(2)
+    first = np.zeros((4, 13))
+    first[:, 2] = 0.15
+    attitude = rng.normal(size=(4, 4))
+    first[:, 3:7] = attitude / np.linalg.norm(attitude, axis=1, keepdims=True)
+    first[:, 7:] = rng.normal(size=(4, 6))
+    shape = shape or box((0.05, 0.05, 0.05))
+    states = simulate(pack(Nominal(0.37, 0.3, 0.2), {})[None], shape, first, samples, 0.01)[0]
+    return ContactRecording(
+        nominal={"mass": 0.37, "lateral_friction": 0.3, "restitution": 0.2, "gravity": 9.81},
+        shape=shape,
+        sample_time=0.01,
+        position=states[..., :3],
+        attitude=states[..., 3:7],
+        velocity=states[..., 7:] if velocities else None,
+        lengths=np.full(4, samples),
+        episodes=(0, 1, 2, 3),
     )

@@ -7,12 +7,15 @@ from pathlib import Path
 import numpy as np
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from recordings import a_camera, a_joint
+from recordings import a_camera, a_contact, a_joint
 
+from vision_s2r.contact import mesh
 from vision_s2r.errors import UserError
-from vision_s2r.recording import CameraRecording, JointRecording, read, write
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read, write
 
 FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+
+FEW = settings(FUZZ, max_examples=60)
 
 _CELLS = st.one_of(
     st.sampled_from(
@@ -40,7 +43,7 @@ def outcome(folder: Path) -> None:
         except UserError as error:
             assert str(error) and "\n" not in str(error)
             return
-    if isinstance(recording, JointRecording):
+    if isinstance(recording, JointRecording | ContactRecording):
         for k, length in enumerate(recording.lengths):
             assert length > 1 and np.isfinite(recording.position[k, :length]).all()
     else:
@@ -108,3 +111,44 @@ def test_any_damage_to_a_picture(data):
             content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
         path.write_bytes(content[: data.draw(st.integers(0, len(content)))])
         outcome(Path(folder))
+
+
+@FEW
+@given(st.lists(st.tuples(st.integers(0, 48), st.integers(0, 14), _CELLS), min_size=1, max_size=4))
+def test_any_change_to_a_contact_table_that_is_right(changes):
+    with tempfile.TemporaryDirectory() as folder:
+        path = write(a_contact(samples=12), folder) / "contact.csv"
+        rows = [row.split(",") for row in path.read_text().splitlines()]
+        for row, column, cell in changes:
+            rows[row][column] = cell
+        path.write_text("\n".join(map(",".join, rows)))
+        outcome(Path(folder))
+
+
+@FEW
+@given(st.sampled_from(["  shape", "  half_extents", "  mass", "  restitution", "  gravity", "nominal"]), _YAMLISH)
+def test_any_value_of_a_contact_key(key, value):
+    with tempfile.TemporaryDirectory() as folder:
+        path = write(a_contact(samples=12), folder) / "recording.yaml"
+        rows = [row if row.split(":")[0] != key else f"{key}: {value}" for row in path.read_text().splitlines()]
+        path.write_bytes("\n".join(rows).encode("utf-8", "surrogatepass"))
+        outcome(Path(folder))
+
+
+@FEW
+@given(
+    st.one_of(
+        st.text(max_size=120),
+        st.lists(st.sampled_from(["v", "f", "1", "-1", "0.1", "nan", "\n", "v 0 0 1\n", "f 1 2 3\n", "1/2"])).map(
+            " ".join
+        ),
+    )
+)
+def test_any_mesh(text):
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "body.obj"
+        path.write_bytes(text.encode("utf-8", "surrogatepass"))
+        try:
+            mesh(path)
+        except UserError as error:
+            assert str(error) and "\n" not in str(error)

@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 from vision_s2r.errors import UserError
 
 MOST_POINTS = 256  # of a mesh's hull
-DENT = 1e-3  # of the volume of a mesh's hull that may be missing in the mesh
+DENT = 1e-3  # of a mesh's size by which a corner may lie outside of a face
 FLAT = 1e-9  # of the cube of its size: no volume
 
 
@@ -78,7 +78,7 @@ def mesh(path: Path) -> Shape:
     if len(hull.vertices) > MOST_POINTS:
         raise UserError(f"{path}: {len(hull.vertices)} corners, expected at most {MOST_POINTS}: simplify the mesh")
     inside = vertices.mean(axis=0)
-    _check_convex(path, vertices - inside, faces, hull)
+    _check_convex(path, vertices - inside, faces)
     corners, simplices = vertices - inside, hull.simplices
     tetrahedra = corners[simplices]  # [F, 3, 3], with a fourth corner at the origin
     volume = np.abs(np.linalg.det(tetrahedra)) / 6
@@ -94,15 +94,19 @@ def mesh(path: Path) -> Shape:
     return Shape("mesh", points, 0.0, 0.0, inertia, float(np.linalg.norm(points, axis=1).max()), depth)
 
 
-def _check_convex(path: Path, corners: np.ndarray, faces: list[list[int]], hull: ConvexHull) -> None:
-    """UserError where faces, triangulated as fans, enclose less than the hull of their corners."""
-    if not faces:
-        return
-    fans = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
-    volume = abs(float(np.linalg.det(corners[np.array(fans)]).sum())) / 6
-    if volume < (1 - DENT) * hull.volume:
-        missing = 100 * (1 - volume / hull.volume)
-        raise UserError(f"{path}: is not convex, or not closed: {missing:.3g} % of its hull is missing")
+def _check_convex(path: Path, corners: np.ndarray, faces: list[list[int]]) -> None:
+    """UserError where corners lie on both sides of a face."""
+    slack = DENT * float(np.ptp(corners, axis=0).max())
+    for face in faces:
+        for k in range(1, len(face) - 1):
+            a, b, c = corners[face[0]], corners[face[k]], corners[face[k + 1]]
+            normal = np.cross(b - a, c - a)
+            size = float(np.linalg.norm(normal))
+            if size < slack**2:
+                continue
+            height = (corners - a) @ normal / size
+            if min(height.max(), -height.min()) > slack:
+                raise UserError(f"{path}: is not convex, corners lie on both sides of the face {face[0] + 1} …")
 
 
 def _obj(path: Path) -> tuple[np.ndarray, list[list[int]]]:

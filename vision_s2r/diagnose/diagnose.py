@@ -25,7 +25,7 @@ from vision_s2r.fit.unpaired import UnpairedCase
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.patch import write_patch
 from vision_s2r.progress import tracked
-from vision_s2r.recording import JointRecording, Recording, read
+from vision_s2r.recording import ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.report import figures, write_html
 
@@ -58,6 +58,8 @@ def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
     """A recording beside its simulator, which does not know the withheld effects."""
     if isinstance(recording, JointRecording):
         return JointCase(recording, _library(JOINT_EFFECTS, withhold))
+    if isinstance(recording, ContactRecording):
+        raise UserError("recordings of kind contact are read, but not yet diagnosed by this version")
     if recording.pairing == "unpaired":
         return UnpairedCase(recording, _library(CAMERA_EFFECTS, withhold))
     return CameraCase(recording, _library(CAMERA_EFFECTS, withhold))

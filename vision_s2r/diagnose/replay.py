@@ -17,7 +17,7 @@ from vision_s2r.fit.camera import pictures
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.progress import tracked
-from vision_s2r.recording import CameraRecording, JointRecording, Recording, read
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.report.reading import diagnosed, read_report, values
 
@@ -70,6 +70,8 @@ def replay(recording: Recording, effects: Values, out: Path, seed: int = 0) -> d
     result = {"format": FORMAT, "kind": recording.kind, "effects": effects}
     if isinstance(recording, JointRecording):
         return result | _replay_joint(recording, effects, out)
+    if isinstance(recording, ContactRecording):
+        raise UserError("recordings of kind contact are read, but not yet replayed by this version")
     return result | _replay_camera(recording, effects, out, seed)
 
 

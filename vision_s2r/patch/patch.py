@@ -6,7 +6,7 @@ from typing import Any
 
 from vision_s2r.files import write
 from vision_s2r.patch import bullet, hydra, mujoco, opencv, urdf
-from vision_s2r.recording import JointRecording, Recording
+from vision_s2r.recording import CameraRecording, JointRecording, Recording
 from vision_s2r.report.reading import diagnosed
 
 
@@ -26,6 +26,7 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
             "pybullet.json": bullet.joint(named, recording),
         }
     else:
+        assert isinstance(recording, CameraRecording)
         files = {
             "camera.yaml": hydra.camera(named, recording, randomize=False),
             "camera_randomized.yaml": hydra.camera(named, recording, randomize=True),

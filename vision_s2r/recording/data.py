@@ -6,6 +6,8 @@ from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
+from vision_s2r.contact.shape import Shape
+
 
 @dataclass(frozen=True)
 class JointRecording:
@@ -75,8 +77,30 @@ class CameraRecording:
         return len(self.real)
 
 
-Recording: TypeAlias = JointRecording | CameraRecording
-R = TypeVar("R", JointRecording, CameraRecording)
+@dataclass(frozen=True)
+class ContactRecording:
+    """E tosses, drops or pushes of a body onto its support, the longest of T samples; in the support's frame, SI units.
+
+    Row k of an episode is the state at `k * sample_time`, of the centre of the shape; NaN after the end.
+    """
+
+    nominal: dict[str, float]  # what the simulator believes: mass, lateral_friction, restitution, gravity
+    shape: Shape
+    sample_time: float  # s
+    position: np.ndarray  # float64 [E, T, 3], m
+    attitude: np.ndarray  # float64 [E, T, 4]: unit quaternions x, y, z, w
+    velocity: np.ndarray | None  # float64 [E, T, 6], m/s and rad/s; None where it was not recorded
+    lengths: np.ndarray  # int64 [E]
+    episodes: tuple[int, ...]  # the episodes' numbers in the recording
+
+    kind = "contact"
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+
+Recording: TypeAlias = JointRecording | CameraRecording | ContactRecording
+R = TypeVar("R", JointRecording, CameraRecording, ContactRecording)
 
 
 def split(recording: R, units: Sequence[int]) -> R:
@@ -87,6 +111,8 @@ def split(recording: R, units: Sequence[int]) -> R:
     index = np.asarray(units, dtype=np.int64)
     if isinstance(recording, JointRecording):
         return cast(R, _episodes(recording, index))
+    if isinstance(recording, ContactRecording):
+        return cast(R, _tosses(recording, index))
     return cast(R, _frames(cast(CameraRecording, recording), index))
 
 
@@ -105,6 +131,19 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         times=taken(recording.times),
         supply=taken(recording.supply),
         external=taken(recording.external),
+        lengths=lengths,
+        episodes=tuple(recording.episodes[k] for k in index),
+    )
+
+
+def _tosses(recording: ContactRecording, index: np.ndarray) -> ContactRecording:
+    lengths = recording.lengths[index]
+    longest = int(lengths.max(initial=0))
+    return replace(
+        recording,
+        position=recording.position[index, :longest],
+        attitude=recording.attitude[index, :longest],
+        velocity=None if recording.velocity is None else recording.velocity[index, :longest],
         lengths=lengths,
         episodes=tuple(recording.episodes[k] for k in index),
     )

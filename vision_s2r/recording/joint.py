@@ -1,6 +1,5 @@
 """Recordings of a joint: joint.csv beside its header."""
 
-import io
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,8 +8,9 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.recording import header, motion, plausible
+from vision_s2r.recording import header, motion, plausible, table
 from vision_s2r.recording.data import JointRecording
+from vision_s2r.recording.table import LARGEST_VALUE
 
 KEYS = ("format", "kind", "sample_time", "nominal", "units", "control")
 # Of the nominal simulator J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0: the least value of each, and whether
@@ -35,7 +35,6 @@ COMMANDS = {
 COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity", "external", "enabled", "supply")
 MEANT = {"goal": "target", "goal_position": "target", "command": "target", "voltage": "supply", "time": "t"}
 
-LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
 RATE_TOLERANCE = 0.01  # of the sample time; steps that keep to it are even
 MOST_UNEVEN = 2.0  # a factor between sample_time and the median step of uneven samples
 LONGEST_GAP = 60.0  # s without a row in an episode
@@ -50,11 +49,11 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecor
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
     units = cast(Literal["rotary", "linear"], header.choice(content, "units", ("rotary", "linear"), where, "rotary"))
     path = folder / "joint.csv"
-    columns, lines = _columns(path)
+    columns, lines = table.columns(path, _check_names)
     command = _command(columns, units, path)
     nominal = _nominal(header.mapping(content, "nominal", where), command, where) | _control(content, command, where)
     _check_inputs(columns, lines, path)
-    episodes = _episodes(columns["episode"], lines, path)
+    episodes = table.episodes(columns["episode"], lines, path)
     steps = [_steps(columns["t"][rows], lines[rows], sample_time, path) for rows in episodes.values()]
     even = all(np.all(np.abs(each / sample_time - 1) <= RATE_TOLERANCE) for each in steps)
     if not even:
@@ -109,28 +108,6 @@ def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Pa
             raise UserError(f"{path}, line {lines[k]}: {name} is {columns[name][k]:g}, expected {expected}")
 
 
-def _columns(path: Path) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Every column by name, float64 [rows], and the line of the file that each row stands in."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read ({error.strerror}), expected the rows of the recording") from error
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path}: is not text, expected comma-separated values") from error
-    first, *rest = text.split("\n")
-    names = [name.strip().strip('"') for name in first.split(",")]
-    _check_names(names, path)
-    lines = np.array([k for k, line in enumerate(rest, start=2) if line.strip()], dtype=np.int64)
-    if not len(lines):
-        raise UserError(f"{path}: no row under the header, expected one a sample")
-    table = _table(text[len(first) + 1 :], rest, len(names), path)
-    for name, column in zip(names, table.T, strict=True):
-        wrong = np.flatnonzero(~(np.abs(column) <= LARGEST_VALUE))
-        if len(wrong):
-            raise UserError(f"{path}, line {lines[wrong[0]]}: {name} is {column[wrong[0]]:g}, expected a finite number")
-    return dict(zip(names, table.T, strict=True)), lines
-
-
 def _check_names(names: list[str], path: Path) -> None:
     for name in names:
         if name not in COLUMNS:
@@ -146,26 +123,6 @@ def _check_names(names: list[str], path: Path) -> None:
         raise UserError(f"{path}: missing column {', '.join(missing)}")
 
 
-def _table(body: str, rows: list[str], width: int, path: Path) -> np.ndarray:
-    try:
-        table = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2)
-        if table.shape[1] == width:
-            return table
-    except (ValueError, OverflowError):
-        pass
-    for line, row in enumerate(rows, start=2):  # only now, to name the line
-        cells = row.split(",")
-        if row.strip() and len(cells) != width:
-            raise UserError(f"{path}, line {line}: {len(cells)} values, expected {width}")
-        for cell in cells if row.strip() else []:
-            try:
-                float(cell)
-            except ValueError:
-                shown = "".join(letter for letter in cell if letter.isprintable())[:40]
-                raise UserError(f"{path}, line {line}: '{shown}' is not a number") from None
-    raise UserError(f"{path}: is not a table of numbers")
-
-
 def _command(columns: Mapping[str, np.ndarray], units: str, path: Path) -> str:
     given = [name for name in COMMANDS if name in columns]
     if len(given) > 1:
@@ -177,18 +134,6 @@ def _command(columns: Mapping[str, np.ndarray], units: str, path: Path) -> str:
 
 def _expected_command(units: str) -> str:
     return " or ".join(name for name, allowed in COMMANDS.items() if units in allowed)
-
-
-def _episodes(numbers: np.ndarray, lines: np.ndarray, path: Path) -> dict[int, np.ndarray]:
-    """The rows of each episode, in the order of their first."""
-    wrong = np.flatnonzero(numbers != np.round(numbers))
-    if len(wrong):
-        at = wrong[0]
-        raise UserError(f"{path}, line {lines[at]}: episode is {numbers[at]:g}, expected a whole number")
-    found, start = np.unique(numbers, return_index=True)
-    order = np.argsort(numbers, kind="stable")
-    rows = np.split(order, np.searchsorted(numbers[order], found[1:]))
-    return {int(found[k]): rows[k] for k in np.argsort(start)}
 
 
 def _steps(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> np.ndarray:
@@ -230,10 +175,7 @@ def _recording(
     lengths = np.array([len(rows) for rows in episodes.values()], dtype=np.int64)
 
     def padded(name: str, fill: float) -> np.ndarray:
-        values = np.full((len(lengths), lengths.max()), fill)
-        for k, rows in enumerate(episodes.values()):
-            values[k, : len(rows)] = columns[name][rows]
-        return values
+        return table.padded(columns[name], list(episodes.values()), fill)
 
     def optional(*names: str) -> np.ndarray | None:
         """The product of these columns, held after the end; None where there is none of them."""

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from vision_s2r.errors import UserError
-from vision_s2r.recording import camera, header, joint
+from vision_s2r.recording import camera, contact, header, joint
 from vision_s2r.recording.data import Recording
 
 KINDS = ("joint", "camera", "contact", "robot")
@@ -21,4 +21,8 @@ def read(folder: Path | str, hold_out: bool = True) -> Recording:
         return joint.read(folder, content, hold_out)
     if kind == "camera":
         return camera.read(folder, content, hold_out)
-    raise UserError(f"{folder}: recordings of kind '{kind}' are not yet read by this version, expected joint or camera")
+    if kind == "contact":
+        return contact.read(folder, content, hold_out)
+    raise UserError(
+        f"{folder}: recordings of kind '{kind}' are not yet read by this version, expected joint, camera or contact"
+    )

@@ -6,9 +6,12 @@ from typing import Any
 import cv2
 import numpy as np
 import yaml
+from scipy.spatial import ConvexHull
 
+from vision_s2r.contact.shape import Shape
 from vision_s2r.errors import UserError
-from vision_s2r.recording.data import CameraRecording, JointRecording, Recording
+from vision_s2r.recording import contact
+from vision_s2r.recording.data import CameraRecording, ContactRecording, JointRecording, Recording
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import CONTROL
 
@@ -23,7 +26,12 @@ def write(recording: Recording, folder: Path | str) -> Path:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
             raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
-        content = _joint(recording, folder) if isinstance(recording, JointRecording) else _camera(recording, folder)
+        if isinstance(recording, JointRecording):
+            content = _joint(recording, folder)
+        elif isinstance(recording, ContactRecording):
+            content = _contact(recording, folder)
+        else:
+            content = _camera(recording, folder)
         head = {"format": FORMAT, "kind": recording.kind, **content}
         (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
     except OSError as error:
@@ -48,6 +56,36 @@ def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
     nominal = {key: value for key, value in recording.nominal.items() if key not in CONTROL.values()}
     head = {"sample_time": recording.sample_time, "units": recording.units, "nominal": nominal}
     return {**head, "control": law} if recording.servo else head
+
+
+def _contact(recording: ContactRecording, folder: Path) -> dict[str, Any]:
+    velocity = recording.velocity
+    blocks = []
+    for k, length in enumerate(recording.lengths):
+        stamps = np.stack([np.full(length, recording.episodes[k]), np.arange(length) * recording.sample_time], axis=1)
+        block = [stamps, recording.position[k, :length], recording.attitude[k, :length]]
+        block += [] if velocity is None else [velocity[k, :length]]
+        blocks.append(np.concatenate(block, axis=1))
+    columns = contact.COLUMNS if velocity is not None else contact.COLUMNS[: -len(contact.VELOCITIES)]
+    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
+    np.savetxt(folder / "contact.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
+    nominal = {**_shape(recording.shape, folder), **recording.nominal}
+    return {"sample_time": recording.sample_time, "nominal": nominal}
+
+
+def _shape(shape: Shape, folder: Path) -> dict[str, Any]:
+    """The keys of a shape in the header; a mesh is written beside it."""
+    sizes: dict[str, dict[str, Any]] = {
+        "box": {"half_extents": shape.points.max(axis=0, initial=0.0).tolist()},
+        "sphere": {"radius": shape.radius},
+        "cylinder": {"radius": shape.radius, "length": 2 * shape.half_length},
+        "mesh": {"mesh": "body.obj"},
+    }
+    if shape.kind == "mesh":
+        lines = ["v " + " ".join(f"{x:.9g}" for x in point) for point in shape.points]
+        lines += ["f " + " ".join(str(k + 1) for k in face) for face in ConvexHull(shape.points).simplices]
+        (folder / "body.obj").write_text("\n".join(lines) + "\n")
+    return {"shape": shape.kind, **sizes[shape.kind]}
 
 
 def _camera(recording: CameraRecording, folder: Path) -> dict[str, Any]:

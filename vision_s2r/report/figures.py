@@ -20,7 +20,11 @@ def figures(recording: Recording, effects: Values, before: Samples, after: Sampl
 
     `before` and `after` are the samples of the simulator as it came and of the diagnosed one; `unit` that of the gap.
     """
-    looks = _joint(recording, effects) if isinstance(recording, JointRecording) else _camera(recording, effects)
+    looks: dict[str, bytes] = {}
+    if isinstance(recording, JointRecording):
+        looks |= _joint(recording, effects)
+    elif isinstance(recording, CameraRecording):
+        looks |= _camera(recording, effects)
     axes = [axis for axis in before.axes if axis.name != GRID and len(axis.labels) > 1]
     parts = {axis.name: (axis.labels, *_levels(before, after, axis)) for axis in axes}
     if parts:

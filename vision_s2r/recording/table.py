@@ -1,0 +1,76 @@
+"""Tables of a recording: comma-separated rows, each of one sample of one episode."""
+
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from vision_s2r.errors import UserError
+
+LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
+
+
+def columns(path: Path, check_names: Callable[[list[str], Path], None]) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Every column by name, float64 [rows], and the line of the file that each row stands in.
+
+    Raises UserError for a file that is no such table, and what `check_names` raises.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read ({error.strerror}), expected the rows of the recording") from error
+    except UnicodeDecodeError as error:
+        raise UserError(f"{path}: is not text, expected comma-separated values") from error
+    first, *rest = text.split("\n")
+    names = [name.strip().strip('"') for name in first.split(",")]
+    check_names(names, path)
+    lines = np.array([k for k, line in enumerate(rest, start=2) if line.strip()], dtype=np.int64)
+    if not len(lines):
+        raise UserError(f"{path}: no row under the header, expected one a sample")
+    table = _table(text[len(first) + 1 :], rest, len(names), path)
+    for name, column in zip(names, table.T, strict=True):
+        wrong = np.flatnonzero(~(np.abs(column) <= LARGEST_VALUE))
+        if len(wrong):
+            raise UserError(f"{path}, line {lines[wrong[0]]}: {name} is {column[wrong[0]]:g}, expected a finite number")
+    return dict(zip(names, table.T, strict=True)), lines
+
+
+def episodes(numbers: np.ndarray, lines: np.ndarray, path: Path) -> dict[int, np.ndarray]:
+    """The rows of each episode, in the order of their first."""
+    wrong = np.flatnonzero(numbers != np.round(numbers))
+    if len(wrong):
+        at = wrong[0]
+        raise UserError(f"{path}, line {lines[at]}: episode is {numbers[at]:g}, expected a whole number")
+    found, start = np.unique(numbers, return_index=True)
+    order = np.argsort(numbers, kind="stable")
+    rows = np.split(order, np.searchsorted(numbers[order], found[1:]))
+    return {int(found[k]): rows[k] for k in np.argsort(start)}
+
+
+def padded(values: np.ndarray, episodes: Sequence[np.ndarray], fill: float) -> np.ndarray:
+    """A column [rows, …] by episode: [E, T, …], with `fill` after the end of those that are shorter."""
+    out = np.full((len(episodes), max(map(len, episodes)), *values.shape[1:]), fill)
+    for row, rows in zip(out, episodes, strict=True):
+        row[: len(rows)] = values[rows]
+    return out
+
+
+def _table(body: str, rows: list[str], width: int, path: Path) -> np.ndarray:
+    try:
+        table = np.loadtxt(io.StringIO(body), delimiter=",", comments=None, ndmin=2)
+        if table.shape[1] == width:
+            return table
+    except (ValueError, OverflowError):
+        pass
+    for line, row in enumerate(rows, start=2):  # only now, to name the line
+        cells = row.split(",")
+        if row.strip() and len(cells) != width:
+            raise UserError(f"{path}, line {line}: {len(cells)} values, expected {width}")
+        for cell in cells if row.strip() else []:
+            try:
+                float(cell)
+            except ValueError:
+                shown = "".join(letter for letter in cell if letter.isprintable())[:40]
+                raise UserError(f"{path}, line {line}: '{shown}' is not a number") from None
+    raise UserError(f"{path}: is not a table of numbers")

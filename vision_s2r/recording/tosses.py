@@ -1,0 +1,83 @@
+"""Whether poses, velocities, shape and support can be of one motion of a body."""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from vision_s2r.errors import UserError
+from vision_s2r.recording.data import ContactRecording
+
+SUNK = 0.25  # of the body's depth: so far under the support its lowest point is no error of measurement
+NEAR = 0.1  # of the body's depth: a lowest point as low as that may be in touch
+PUSHED = 0.3  # of gravity: a mean acceleration over a few samples that differs by more from it was not free
+FEW = 6  # samples that such a mean reaches over
+PROPORTIONAL = 0.5  # of the size of a velocity: less of it than this may disagree with the poses
+MOVES = 0.05  # m/s or rad/s, root mean square: slower bodies say nothing of the units
+
+
+def check(recording: ContactRecording, lines: np.ndarray, rows: list[np.ndarray], path: Path) -> None:
+    """UserError where the body is under the support, never in touch, of another size, or its velocities another's.
+
+    `rows` are the rows of the table of each episode, `lines` where they stand in the file.
+    """
+    lowest = recording.shape.lowest(recording.position, recording.attitude)
+    depth = recording.shape.depth
+    sunk = np.argwhere(lowest < -SUNK * depth)
+    if len(sunk):
+        e, k = sunk[0]
+        raise UserError(
+            f"{path}, line {lines[rows[e][k]]}: its lowest point is {-lowest[e, k]:.3g} m under the support,"
+            " expected poses over the plane z = 0 (of the shape's centre, in m)"
+        )
+    if np.nanmin(lowest) > NEAR * depth:
+        height = np.nanmin(lowest)
+        if _is_pushed(recording):
+            raise UserError(
+                f"{path}: the body is pushed while its lowest point is {height:.3g} m over the support or more: "
+                "the shape does not fit the poses"
+            )
+        raise UserError(f"{path}: no contact in any episode, the body comes no nearer than {height:.3g} m")
+    if recording.velocity is not None:
+        _check_velocity(recording, path)
+
+
+def _is_pushed(recording: ContactRecording) -> bool:
+    """Whether anything but gravity seems to move the body."""
+    span = min(FEW, (int(recording.lengths.min()) - 1) // 2)
+    if span < 2:
+        return False
+    z = recording.position[..., 2]
+    fall = (z[:, 2 * span :] - 2 * z[:, span:-span] + z[:, : -2 * span]) / (span * recording.sample_time) ** 2
+    return bool(np.nanmax(np.abs(fall + recording.nominal["gravity"])) > PUSHED * recording.nominal["gravity"])
+
+
+def _check_velocity(recording: ContactRecording, path: Path) -> None:
+    assert recording.velocity is not None
+    mean = 0.5 * (recording.velocity[:, 1:] + recording.velocity[:, :-1])
+    way = np.diff(recording.position, axis=1) / recording.sample_time
+    inside = np.isfinite(way[..., 0])
+    _agree("vx, vy, vz", mean[inside][:, :3], way[inside], "position", path)
+    attitude = Rotation.from_quat(recording.attitude[:, :-1][inside])
+    turn = Rotation.from_quat(recording.attitude[:, 1:][inside]) * attitude.inv()
+    spin = turn.as_rotvec() / recording.sample_time
+    given = mean[inside][:, 3:]
+    if _disagreement(attitude.apply(given), spin) < 0.5 * min(_disagreement(given, spin), PROPORTIONAL):
+        raise UserError(f"{path}: wx, wy, wz are in the body's frame, expected the support's, as the positions")
+    _agree("wx, wy, wz", given, spin, "attitude", path)
+
+
+def _disagreement(given: np.ndarray, derived: np.ndarray) -> float:
+    """Root mean square difference over the larger of both, the largest tenth of the differences left out."""
+    difference = np.sort(((given - derived) ** 2).sum(axis=1))[: max(1, int(0.9 * len(given)))].mean()
+    size = max((given**2).sum(axis=1).mean(), (derived**2).sum(axis=1).mean(), MOVES**2)
+    return float(np.sqrt(difference / size))
+
+
+def _agree(names: str, given: np.ndarray, derived: np.ndarray, of: str, path: Path) -> None:
+    if np.sqrt((derived**2).sum(axis=1).mean()) < MOVES or _disagreement(given, derived) < PROPORTIONAL:
+        return
+    factor = float((given * derived).sum() / (derived**2).sum())
+    if factor and _disagreement(given / factor, derived) < PROPORTIONAL:
+        raise UserError(f"{path}: {names} are {factor:.3g} times the derivative of {of}, expected m, m/s and rad/s")
+    raise UserError(f"{path}: {names} do not follow {of}, expected its derivative in the support's frame")
