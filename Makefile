@@ -5,7 +5,7 @@ STAMP := $(VENV)/installed
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dynamics test test-all check bench clean
+.PHONY: help setup demo dynamics test test-all check docs docs-serve bench clean
 
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -36,10 +36,16 @@ test: setup ## the tests, without the long ones
 test-all: setup ## every test
 	$(BIN)/python -m pytest
 
-check: setup ## lint, format, types
+check: setup docs ## lint, format, types, docs
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vision_s2r scripts
+
+docs: setup ## the documentation, into build/site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
+
+docs-serve: setup ## the documentation, at http://127.0.0.1:8000, built anew as it changes
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve
 
 bench: setup ## rendering speed against its limit and the usual loop
 	$(BIN)/python scripts/benchmark.py render

@@ -1,9 +1,22 @@
-"""Small recordings that are right, for tests to spoil."""
+"""Small recordings that are right, for tests to spoil; and those that other programs made."""
+
+from pathlib import Path
 
 import numpy as np
+import pytest
 
 from vision_s2r.contact import Nominal, Shape, box, pack, simulate
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
+
+DATA = Path(__file__).resolve().parent / "data"
+EXAMPLES = DATA / "examples"  # recordings made by another engine and other image code, with answer.json
+# Measurements of a real axis, which are not ours to give away: `make emps` fetches them.
+EMPS = next(
+    (path for path in (DATA / "emps", DATA.parents[2] / "shared" / "real" / "emps") if path.exists()), DATA / "emps"
+)
+needs_emps = pytest.mark.skipif(
+    not EMPS.exists(), reason=f"{EMPS} is not there: make emps fetches it, from the network"
+)
 
 NOMINAL = {
     "torque_constant": 0.5,

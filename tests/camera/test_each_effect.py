@@ -2,12 +2,12 @@
 
 import json
 import math
-from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
 import torch
+from recordings import EXAMPLES
 from references import REFERENCES
 from scipy.stats import poisson
 from torch import Tensor
@@ -16,7 +16,6 @@ from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.camera.effects.shot_noise import poisson_quantile
 from vision_s2r.images import to_float, to_uint8
 
-EXAMPLES = Path(__file__).parents[2].parent / "shared" / "examples"
 NAMES = [effect.name for effect in CAMERA_EFFECTS]
 NOISE = ["shot_noise", "read_noise"]
 
@@ -135,8 +134,6 @@ def test_shot_noise_varies_with_the_light() -> None:
 @pytest.mark.parametrize("example", ["camera_defocus_blur", "camera_lens_distortion", "camera_no_gap"])
 def test_reproduces_the_recorded_examples(example: str) -> None:
     folder = EXAMPLES / example
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is absent: the recordings that fix the definitions come beside the repository")
     effects = json.loads((folder / "answer.json").read_text())["effects"]
 
     def read(which: str) -> Tensor:

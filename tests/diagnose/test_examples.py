@@ -1,18 +1,15 @@
 """Recordings made by another engine and other image code, whose answers are known."""
 
 import json
-from pathlib import Path
 
 import pytest
+from recordings import EXAMPLES
 
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 
-EXAMPLES = Path(__file__).resolve().parents[2].parent / "shared" / "examples"
 SLOW = ("joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
-
-pytestmark = pytest.mark.skipif(not EXAMPLES.exists(), reason=f"{EXAMPLES} is not there")
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,9 @@
 """Least squares on the torque balance: on machines that are known, and beside what was published of a real one."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from machines import a_log, steps
+from recordings import EMPS, needs_emps
 
 from vision_s2r.errors import UserError
 from vision_s2r.identify import IdentifyConfig, identify
@@ -13,7 +12,6 @@ from vision_s2r.identify.emps import ERRORS, METHODS, MODELS, compare
 from vision_s2r.identify.identify import torque_error
 from vision_s2r.recording import read
 
-EMPS = Path(__file__).resolve().parents[2].parent / "shared" / "real" / "emps"
 TRUTH = {
     "viscous_damping": {"value": 0.15},
     "coulomb_friction": {"value": 0.05},
@@ -47,7 +45,7 @@ def test_filters_need_their_length():
         identify(a_log({}, steps(6, 120)), IdentifyConfig(method="inverse", inverse=InverseConfig(bandwidth=20.0)))
 
 
-@pytest.mark.skipif(not EMPS.exists(), reason=f"{EMPS} is not there: measurements of the real axis are kept apart")
+@needs_emps
 @pytest.mark.parametrize("model", MODELS)
 def test_a_real_axis_comes_out_as_published(model):
     estimation, pulses = read(EMPS / "estimation"), read(EMPS / "validation_pulses", hold_out=False)

@@ -2,19 +2,18 @@
 
 import json
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 import numpy as np
 import pybullet
 import pytest
 import yaml
+from recordings import EMPS, EXAMPLES, needs_emps
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint import COLUMNS, DYNAMICS, JOINT_EFFECTS, Nominal, Tables, benchmark, pack, simulate
 
 NOMINAL = Nominal(0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02, gravity_torque=0.05)
 EFFECTS = [effect for effect in JOINT_EFFECTS if not effect.servo]
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
 DT = 0.01
 
 
@@ -157,9 +156,7 @@ def test_pybullet_has_the_same_joint():
 
 @pytest.mark.parametrize("name", ["joint_no_gap", "joint_viscous_damping", "joint_backlash"])
 def test_recordings_made_elsewhere_are_reproduced_to_their_noise(name):
-    folder = SHARED / "examples" / name
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not here")
+    folder = EXAMPLES / name
     recording = yaml.safe_load((folder / "recording.yaml").read_text())
     effects = json.loads((folder / "answer.json").read_text())["effects"]
     rows = np.loadtxt(folder / "joint.csv", delimiter=",", skiprows=1).reshape(5, -1, 5)
@@ -171,11 +168,10 @@ def test_recordings_made_elsewhere_are_reproduced_to_their_noise(name):
     assert np.mean(error[..., 1] > 0.025) < (0.06 if "backlash" in effects else 1e-3)
 
 
+@needs_emps
 @pytest.mark.parametrize("name", ["estimation", "validation_pulses"])
 def test_a_real_axis_moves_as_its_published_model_says(name):
-    folder = SHARED / "real" / "emps" / name
-    if not folder.is_dir():
-        pytest.skip(f"{folder} is not here")
+    folder = EMPS / name
     recording = yaml.safe_load((folder / "recording.yaml").read_text())
     rows = np.loadtxt(folder / "joint.csv", delimiter=",", skiprows=1)
     force, position = rows[:, 2], rows[:, 3]

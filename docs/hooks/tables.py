@@ -1,0 +1,96 @@
+"""Tables of results, from the JSON that runs write.
+
+A page asks for one by a line of its own, `<!-- table: NAME -->`, and gets docs/results/data/NAME.json. Two forms are
+known: the transfer table of an evaluation (`table.json`), and a plain table, `columns` and `rows`, whose cells are
+text, numbers, or `{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` where
+its numbers come from. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
+
+    python docs/hooks/tables.py README.md    # write it there anew
+"""
+
+import json
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+DATA = Path(__file__).resolve().parents[1] / "results" / "data"
+TRANSFER = "vision-s2r/transfer-table/1"
+ASKED = re.compile(r"^<!-- table: (\w+) -->$", re.MULTILINE)
+FILLED = re.compile(r"(?<=^<!-- table: )(\w+)( -->\n\n).*?(?=\n\n<!-- end -->$)", re.MULTILINE | re.DOTALL)
+TITLES = {"rcan": "RCAN", "real": "real look, perfect camera"}
+
+
+def table(name: str) -> str:
+    """The table in Markdown. Raises FileNotFoundError where there is none of this name."""
+    data = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
+    columns, rows = _transfer(data) if data.get("format") == TRANSFER else (data["columns"], data["rows"])
+    lines = [columns, ["---"] * len(columns), *([_cell(each) for each in row] for row in rows)]
+    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+
+
+def provenance(name: str) -> str:
+    """What makes the table, and where its numbers come from: a line of Markdown."""
+    data = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
+    parts = [f"`{data['command']}`" if "command" in data else "", data.get("source", "")]
+    return "<small>" + " · ".join(part for part in parts if part) + "</small>"
+
+
+def with_tables(page: str) -> str:
+    """A page with its tables in the place of what asks for them."""
+    return ASKED.sub(lambda found: f"{table(found[1])}\n\n{provenance(found[1])}", page)
+
+
+def refilled(page: str) -> str:
+    """A page that holds its tables, with each written anew."""
+    return FILLED.sub(lambda found: found[1] + found[2] + table(found[1]), page)
+
+
+def _cell(cell: Any) -> str:
+    if not isinstance(cell, dict):
+        return _number(cell)
+    unit = f" {cell['unit']}" if "unit" in cell else ""
+    count = f"; {cell['of']}" if "of" in cell else ""
+    value, interval = _number(cell["value"]), _interval(cell["low"], cell["high"], _number)
+    return f"{value}{unit} ({interval}{unit}{count})"
+
+
+def _number(number: Any) -> str:
+    return str(number) if isinstance(number, str) else str(number).replace("-", "−")
+
+
+def _interval(low: float, high: float, form: Callable[[float], str]) -> str:
+    return f"{form(low)}{' to ' if low < 0 else '–'}{form(high)}"
+
+
+def _transfer(data: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Success over all seeds, in percent: a line for each column of the evaluation, then the first difference."""
+    cells = {(each["row"], each["column"]): each for each in data["cells"] if each["seed"] == "all"}
+    names = list(dict.fromkeys(row for row, _ in cells))
+    pairs = list(dict.fromkeys((each["first"], each["second"]) for each in data["differences"]))[:1]
+    differences = {each["column"]: each for each in data["differences"] if (each["first"], each["second"]) in pairs}
+    columns = ["pictures", *map(_title, names), *(f"{_title(first)} − {_title(second)}" for first, second in pairs)]
+    rows = []
+    for column in (each["name"] for each in data["columns"]):
+        row = [_title(column), *(_percent(cells[name, column], "rate") for name in names)]
+        if column in differences:
+            one = differences[column]
+            text = _percent(one, "value")
+            row.append(f"**{text}**" if one["low"] > 0 or one["high"] < 0 else text)
+        rows.append(row)
+    return columns, rows
+
+
+def _title(name: str) -> str:
+    return TITLES.get(name, name.replace("_", " "))
+
+
+def _percent(estimate: dict[str, Any], key: str) -> str:
+    interval = _interval(estimate["low"], estimate["high"], lambda share: _number(f"{100 * share:.0f}"))
+    return f"{_number(f'{100 * estimate[key]:.1f}')} ({interval})"
+
+
+if __name__ == "__main__":
+    for path in map(Path, sys.argv[1:]):
+        path.write_text(refilled(path.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,89 @@
+"""A folder in which the pages' code runs, and what their commands and configurations are checked by."""
+
+import copy
+import functools
+import shutil
+from collections.abc import Collection
+from pathlib import Path
+from typing import Any
+
+from evaluate.stand_ins import render_scenes, save_untrained_policy, save_untrained_translator
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from identify.machines import a_log, steps
+from omegaconf import DictConfig, OmegaConf
+from recordings import EXAMPLES
+
+from vision_s2r import cli
+from vision_s2r.actuator import ActuatorConfig
+from vision_s2r.camera import load_config
+from vision_s2r.config import Config
+from vision_s2r.control.config import ControlConfig
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.replay import ReplayConfig
+from vision_s2r.gapbench.config import GapbenchConfig
+from vision_s2r.grasp import GraspConfig
+from vision_s2r.identify import IdentifyConfig
+from vision_s2r.metrics import MetricsConfig
+from vision_s2r.networks.unet import NetworkConfig
+from vision_s2r.recording import write
+
+# By verb: the schema and the name of its configuration.
+VERBS = dict.fromkeys(
+    ("run", "render", "translate", "adapt", "grasp", "evaluate", "compare", "finetune", "close_gap"), (Config, "config")
+) | {
+    "ablate": (Config, "ablation"),
+    "actuator": (ActuatorConfig, "actuator"),
+    "control": (ControlConfig, "control"),
+    "diagnose": (DiagnoseConfig, "diagnose"),
+    "gapbench": (GapbenchConfig, "gapbench"),
+    "identify": (IdentifyConfig, "identify"),
+    "metrics": (MetricsConfig, "metrics"),
+    "replay": (ReplayConfig, "replay"),
+}
+CHOICES = {"control": ("follow", "ablate", "adr")}
+
+
+def make(folder: Path) -> Path:
+    """Small recordings, renders and untrained checkpoints, where the pages look for them."""
+    (folder / "recordings").mkdir()
+    write(a_log({"viscous_damping": {"value": 0.13}}, steps(5, 240)), folder / "recordings" / "joint")
+    shutil.copytree(EXAMPLES / "camera_no_gap", folder / "recordings" / "camera")
+    render_scenes(folder / "renders" / "cpu" / "test", scenes=2)
+    runs = folder / "outputs" / "cpu"
+    save_untrained_policy(runs / "policy-0" / "best.safetensors", GraspConfig(picture="canonical"))
+    save_untrained_translator(runs / "translator-0" / "best.safetensors", NetworkConfig(levels=2))
+    (folder / "configs").symlink_to(cli.CONFIGS)
+    return folder
+
+
+def compose(verb: str, words: list[str], benchmarks: Collection[str]) -> None:
+    """Compose what a command line asks for. Raises UserError, or KeyError where there is no such verb."""
+    if verb == "benchmark":
+        assert words[0] in benchmarks, words
+        schema, name, words = Config, "config", words[1:]
+    else:
+        schema, name = VERBS[verb]
+    if verb in CHOICES:
+        assert words[0] in CHOICES[verb], words
+        words = words[1:]
+    parsed = OverridesParser.create().parse_overrides(words)
+    groups = [each for each in parsed if (cli.CONFIGS / str(each.key_or_group)).is_dir()]
+    cfg = copy.deepcopy(_composed(schema, name, tuple(each.input_line for each in groups)))
+    for each in parsed:
+        if each not in groups:
+            OmegaConf.update(cfg, each.key_or_group, each.value())  # raises for an unknown key or a wrong type
+
+
+@functools.cache
+def _composed(schema: type, name: str, groups: tuple[str, ...]) -> DictConfig:
+    """The typed configuration of these groups; composing one takes half a second."""
+    return OmegaConf.structured(cli.compose(schema, name, list(groups)))
+
+
+def check_yaml(content: Any, code: str, folder: Path) -> None:
+    """A camera's configuration loads; of the rest it is enough that it parses."""
+    assert isinstance(content, dict)
+    if "effects" in content:
+        path = folder / "camera.yaml"
+        path.write_text(code)
+        load_config(path)
