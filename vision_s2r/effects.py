@@ -3,13 +3,18 @@
 An effect declares itself: its name, which of the four sources of the reality gap it belongs to, and its
 parameters with units, physical bounds and the value at which it vanishes. Joints, cameras and contacts each
 subclass `Effect` with what it does to them, and keep their effects in a `Registry`. Applying, randomizing,
-identifying and diagnosing are verbs built on this elsewhere.
+identifying and diagnosing are verbs built on this elsewhere; what one of them needs of an effect beyond this is
+a record in its `Records`, one file an effect.
+
+Effects of other packages are modules that they install as entry points in the group `vision_s2r.effects`, under
+names that begin with the kind ("joint.air_drag"). Such a module registers the effect and its records.
 """
 
 import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import ItemsView, Iterator, Mapping
 from dataclasses import dataclass
+from importlib.metadata import entry_points
 from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from vision_s2r.errors import UserError, nearest
@@ -94,6 +99,9 @@ class Effect:
 
 
 E = TypeVar("E", bound=Effect)
+R = TypeVar("R")
+GROUP = "vision_s2r.effects"  # of entry points
+KINDS = ("joint", "camera", "contact", "arm")
 
 
 class Registry(Generic[E]):
@@ -102,9 +110,25 @@ class Registry(Generic[E]):
     def __init__(self, kind: str) -> None:
         self.kind = kind
         self._effects: dict[str, E] = {}
+        self._closed = ""
+
+    def load_installed(self) -> None:
+        """Import what other packages install for this kind, which registers it."""
+        for entry in sorted(entry_points(group=GROUP), key=lambda entry: entry.name):
+            kind = entry.name.partition(".")[0]
+            if kind not in KINDS:
+                raise UserError(f"entry point '{entry.name}' in {GROUP}: {nearest(kind, KINDS)}, then a dot and a name")
+            if kind == self.kind:
+                entry.load()
+
+    def close(self, why: str) -> None:
+        """Let no more effects in."""
+        self._closed = why
 
     def register(self, effect: type[E]) -> type[E]:
         """Class decorator: an instance of the class joins the registry."""
+        if self._closed:
+            raise RuntimeError(f"{self.kind} effect '{effect.name}' comes too late: {self._closed}")
         if inspect.isabstract(effect) or effect.name in self._effects:
             raise ValueError(f"{self.kind} effect '{effect.name}' is abstract or registered twice")
         self._effects[effect.name] = effect()
@@ -129,3 +153,32 @@ class Registry(Generic[E]):
 
     def __len__(self) -> int:
         return len(self._effects)
+
+
+class Records(Generic[R]):
+    """What a verb needs to know of each effect of one kind: one record an effect."""
+
+    def __init__(self, kind: str, verb: str) -> None:
+        self.kind, self.verb = kind, verb
+        self._records: dict[str, R] = {}
+
+    def register(self, effect: str, record: R) -> None:
+        """The record of the effect of this name."""
+        if effect in self._records:
+            raise ValueError(f"{self.verb} {self.kind} effect '{effect}' is registered twice")
+        self._records[effect] = record
+
+    def __getitem__(self, effect: str) -> R:
+        if effect not in self._records:
+            raise UserError(f"{self.kind} effect '{effect}' has no record for {self.verb}")
+        return self._records[effect]
+
+    def __contains__(self, effect: object) -> bool:
+        return effect in self._records
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._records)
+
+    def items(self) -> ItemsView[str, R]:
+        """Names and records."""
+        return self._records.items()

@@ -20,7 +20,7 @@ from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.camera import CameraCase
 from vision_s2r.fit.case import Case
-from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.unpaired import UnpairedCase
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.patch import write_patch

@@ -4,7 +4,7 @@ The likelihood of the residual of an observer that leaks a little of the measure
 """
 
 from vision_s2r.fit.case import Hypothesis, Segments
-from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.uncertainty import covariance
 from vision_s2r.identify.estimate import ParameterEstimates
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
-from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.excitation import DETECTABLE
 from vision_s2r.fit.joint.uncertainty import at_bound, information
 from vision_s2r.identify.estimate import title

@@ -8,9 +8,9 @@ import numpy as np
 from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Values
 from vision_s2r.fit.gap import Gap
-from vision_s2r.fit.joint import JointCase
+from vision_s2r.fit.joint.case import JointCase
+from vision_s2r.fit.joint.effect import UNFITTED
 from vision_s2r.fit.joint.free_run import free_run, measured
-from vision_s2r.fit.joint.space import UNFITTED
 from vision_s2r.identify.config import IdentifyConfig, InverseConfig
 from vision_s2r.identify.estimate import ParameterEstimates
 from vision_s2r.identify.forward import Forward

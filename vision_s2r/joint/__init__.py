@@ -4,13 +4,20 @@
 a row of numbers, `pack(nominal, effects)`; an effect is a class in a file of `joint/effects`, with its formula. Beside
 the effects, `Tables` add torques that are free functions of position, velocity or time. `Joints` are stepped a sample
 at a time, for controllers.
+
+Names are imported when they are first asked for: what only declares an effect (`joint.effect`) comes before the
+simulator, whose layout holds all of them.
 """
 
-from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect, unit
-from vision_s2r.joint.machine import COLUMNS, DYNAMICS, SERVO, Nominal, pack, pack_many
-from vision_s2r.joint.simulate import simulate
-from vision_s2r.joint.stepping import Joints
-from vision_s2r.joint.tables import Tables
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vision_s2r.joint.effect import JointEffect, unit
+    from vision_s2r.joint.machine import COLUMNS, DYNAMICS, JOINT_EFFECTS, SERVO, Nominal, pack, pack_many
+    from vision_s2r.joint.simulation import simulate
+    from vision_s2r.joint.stepping import Joints
+    from vision_s2r.joint.tables import Tables
 
 __all__ = [
     "COLUMNS",
@@ -26,3 +33,13 @@ __all__ = [
     "simulate",
     "unit",
 ]
+
+_HOMES = {"JointEffect": "effect", "Joints": "stepping", "Tables": "tables", "simulate": "simulation", "unit": "effect"}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in __all__:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    found = getattr(importlib.import_module(f"{__name__}.{_HOMES.get(name, 'machine')}"), name)
+    globals()[name] = found
+    return found

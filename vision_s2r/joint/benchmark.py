@@ -14,7 +14,7 @@ from rich.progress import track
 from rich.table import Table
 
 from vision_s2r.joint.machine import Nominal, pack
-from vision_s2r.joint.simulate import simulate
+from vision_s2r.joint.simulation import simulate
 
 JOINT = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
 SAMPLE_TIME = 0.01

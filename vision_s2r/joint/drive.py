@@ -10,7 +10,6 @@ import numpy as np
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effects.asymmetric_friction import directed
 from vision_s2r.joint.effects.bias_torque import bias
-from vision_s2r.joint.effects.cogging import cogging
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.deadband import beyond
 from vision_s2r.joint.effects.encoder_quantization import rounded
@@ -24,6 +23,7 @@ from vision_s2r.joint.effects.torque_saturation import saturate
 from vision_s2r.joint.effects.torque_speed_limit import limit_by_speed
 from vision_s2r.joint.effects.viscous_damping import Response, response, time_to_stop
 from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.slot import slot_needs_velocity, slot_on, slot_torque
 from vision_s2r.joint.tables import look_up
 
 Glide = tuple[float, Response]  # of motion in one direction: its damping, and the response of a whole step
@@ -39,7 +39,7 @@ def needs_velocity(machine: Machine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
     stribeck_on = not math.isnan(machine.stribeck_friction_static) or machine.load_dependent_stribeck_coefficient > 0
     limited = machine.torque_speed_limit_no_load_speed < math.inf
-    return stribeck_on or limited or tables[1, 2] > 0 or machine.derivative_gain > 0
+    return stribeck_on or limited or tables[1, 2] > 0 or machine.derivative_gain > 0 or slot_needs_velocity(machine)
 
 
 @compiled
@@ -47,7 +47,7 @@ def steady(machine: Machine, heights: np.ndarray) -> bool:
     """Whether a command held makes one torque in one direction, apart from viscous damping."""
     fixed = math.isnan(machine.stribeck_friction_static) and machine.torque_speed_limit_stall == math.inf
     fixed = fixed and machine.load_dependent_stribeck_coefficient == 0
-    return fixed and machine.gravity_torque == 0 and machine.cogging_amplitude == 0 and len(heights) == 0
+    return fixed and machine.gravity_torque == 0 and not slot_on(machine) and len(heights) == 0
 
 
 @compiled
@@ -97,8 +97,7 @@ def on_motor(
     machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float, time: float
 ) -> float:
     """Torque on the motor beside the commanded one and friction."""
-    torque = cogging(position, machine.cogging_amplitude, machine.cogging_teeth)
-    return torque + look_up(tables, heights, position, velocity, time)
+    return slot_torque(machine, position, velocity, time) + look_up(tables, heights, position, velocity, time)
 
 
 @compiled

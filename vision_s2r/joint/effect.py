@@ -1,6 +1,6 @@
 """What a joint effect is: a wrong nominal parameter, or something of the drive that the simulator lacks."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from vision_s2r.effects import Effect, Parameter, Registry
 
@@ -23,12 +23,17 @@ class JointEffect(Effect):
     """An effect of a joint's drive.
 
     To add one: a class in a file of `vision_s2r/joint/effects`, decorated with `JOINT_EFFECTS.register`, its
-    formula compiled beside it, and the place in `joint/drive.py` or `joint/stepping.py` where that formula acts.
+    formula compiled beside it. A torque on the motor is all said with `motor_torque`; what acts elsewhere has its place
+    in `joint/drive.py` or in the integrators.
 
     Bounds are wide enough for a wristwatch and for an axis of a milling machine, in SI units; `moderate` is meant for
     a small joint (0.02 kg·m², 0.1 N·m·s/rad, 0.02 N·m, about 1 N·m of motor torque).
     """
 
+    # A torque (N·m) on the motor, as a static method that is compiled (`joint.compiled.compiled`): of the motor's
+    # position and velocity, of time since the episode's start, and of the parameters in their order.
+    motor_torque: ClassVar[Any] = None
+    of_velocity: ClassVar[bool] = False  # whether that torque depends on velocity
     servo: ClassVar[bool] = False  # of the law of a position servo, and of no other joint
 
 

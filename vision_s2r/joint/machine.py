@@ -46,6 +46,8 @@ COLUMNS: tuple[str, ...] = _NOMINAL + tuple(
     for parameter in effect.parameters
 )
 
+JOINT_EFFECTS.close("the simulator is laid out; import its module earlier, or install it as an entry point")
+
 # The same as fields, for the compiled code: machine.backlash_width.
 if TYPE_CHECKING:
     Machine = Any

@@ -16,7 +16,7 @@ from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
 from vision_s2r.joint.machine import COLUMNS, Machine, check
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
-from vision_s2r.joint.simulate import STEP, digest
+from vision_s2r.joint.simulation import STEP, digest
 from vision_s2r.joint.tables import Tables
 from vision_s2r.joint.two_masses import (
     RESPONSES,

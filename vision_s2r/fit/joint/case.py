@@ -12,6 +12,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS
+from vision_s2r.fit.joint.effect import JOINT_FITS, UNFITTED, confusable
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.fitter import SCALE, Floor, JointFitter, names_of
@@ -20,7 +21,6 @@ from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
-from vision_s2r.fit.joint.space import UNFITTED
 from vision_s2r.fit.joint.track import LEAK, Track, fast_noise, led_by, make_track
 from vision_s2r.joint import DYNAMICS, unit
 from vision_s2r.recording import JointRecording
@@ -37,20 +37,6 @@ SKEW = 0.02  # of a sample time: to no more than this are positions and velociti
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
-_CONFUSABLE = (
-    {"compliance", "backlash"},
-    {"compliance", "latency"},
-    {"backlash", "latency"},
-    {"coulomb_friction", "stribeck_friction"},
-    {"stribeck_friction", "load_dependent_friction"},
-    {"asymmetric_friction", "bias_torque"},
-    {"viscous_damping", "thermal_drift"},
-    {"torque_saturation", "torque_speed_limit"},
-    {"torque_speed_limit", "viscous_damping"},
-    {"load_dependent_friction", "torque_constant"},
-    *({"torque_constant", name} for name in ("inertia", "viscous_damping", "coulomb_friction", "gravity_torque")),
-)
-
 
 class JointCase:
     """Episodes of a joint beside the simulator of `vision_s2r.joint`.
@@ -61,7 +47,6 @@ class JointCase:
 
     kind = "joint"
     sharp = False
-    rough: Names = frozenset({"backlash"})
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
     discrepancies: Mapping[str, str] = MEANINGS
     metric = "velocity_rmse"
@@ -75,6 +60,7 @@ class JointCase:
         derived = grid is not None and _is_derived(recording)
         self.track: Track = make_track(recording, derived)
         self.segments = self.track.count
+        self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
         self.refitted = frozenset(self.refitted & self.library.keys())
         self.unit = "rad/s" if recording.units == "rotary" else "m/s"
         self.described = self._describe()
@@ -247,7 +233,7 @@ class JointCase:
 
     def confusable(self, name: str) -> Names:
         """Effects that may pass for this one."""
-        return frozenset().union(*(pair for pair in _CONFUSABLE if name in pair)) - {name}
+        return confusable(name)
 
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect changes less than the simulator's own error does."""

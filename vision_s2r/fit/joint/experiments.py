@@ -5,28 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.joint import simulate
 
 SECONDS = 8.0
-WISHES = {
-    "stribeck_friction": "slow reversals (a sine of {slow:.2g} Hz that barely moves the joint)",
-    "load_dependent_friction": "steps between small and large {quantity} at like speed",
-    "backlash": "reversals of direction, {rate:.2g} times a second or more",
-    "torque_saturation": "full {quantity}, steps of ±{peak:.3g} {unit} or more",
-    "torque_speed_limit": "full {quantity} held in one direction until the speed stops rising",
-    "latency": "{quantity} that changes at every sample (random steps)",
-    "cogging": "slow motion in one direction over the whole range of positions",
-    "thermal_drift": "an episode of minutes at high speed",
-    "asymmetric_friction": "the same motion in both directions, at several speeds",
-    "compliance": "a chirp up to {fast:.3g} Hz",
-    "encoder_quantization": "very slow motion",
-    "gravity_torque": "motion over the whole range of positions",
-    "bias_torque": "slow motion in both directions",
-    "inertia": "fast reversals",
-    "viscous_damping": "motion at high speed",
-    "coulomb_friction": "slow motion in both directions",
-}
 
 
 def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
@@ -64,7 +47,8 @@ def experiment(fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: S
     sentences = []
     if len(rivals) > 1:
         sentences.append(_telling_apart(fitter, rivals, noise, peak).format(**words))
-    wishes = [WISHES[name].format(**words) + f" would show {name}" for name in not_excited if name in WISHES]
+    asked = {name: JOINT_FITS[name].excited_by for name in not_excited}
+    wishes = [motion.format(**words) + f" would show {name}" for name, motion in asked.items() if motion]
     if wishes:
         sentences.append("; ".join(wishes[:4]).capitalize() + ".")
     return " ".join(sentences)

@@ -7,17 +7,16 @@ import numpy as np
 
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitting import Data, Fitted, costs, minimize, trials
 from vision_s2r.fit.joint.likelihood import influence, normal_equations, profile
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import Space
-from vision_s2r.fit.joint.starts import settings
 from vision_s2r.fit.joint.track import Track
 from vision_s2r.joint import DYNAMICS
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
-ROUGH = frozenset({"backlash"})  # their likelihood has ripples, of impacts
-FINE_STRIDES = (3.0, 1.0, 0.3)  # over such ripples, near the optimum
+FINE_STRIDES = (3.0, 1.0, 0.3)  # over ripples, near the optimum
 LONG_STRIDE = 10.0
 SOFT = 400.0  # times the floor's variance: blurs ripples
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
@@ -126,7 +125,7 @@ class JointFitter:
         return self._finish(space, data, space.start(start), iterations)
 
     def _finish(self, space: Space, data: Data, point: np.ndarray, iterations: int = 12) -> Hypothesis:
-        strides = FINE_STRIDES if ROUGH & set(space.effects) else (1.0,)
+        strides = FINE_STRIDES if any(JOINT_FITS[name].rippled for name in space.effects) else (1.0,)
         fitted = minimize(self.observer, space, data, point, iterations, strides)
         if not set(space.effects) <= set(DYNAMICS):  # valleys with kinks in them: what a long stride finds
             longer = minimize(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,))
@@ -142,7 +141,8 @@ class JointFitter:
         if key not in self._screened:
             space = self.space(names_of(hypothesis) | {name})
             now, starts = self._starts(before, here, space, hypothesis, name, data)
-            follow = self._through_ripples if name in ROUGH else self._few_iterations
+            rippled = name not in DISCREPANCIES and JOINT_FITS[name].rippled
+            follow = self._through_ripples if rippled else self._few_iterations
             best = min((follow(space, point, data) for point in starts), key=lambda fitted: fitted.cost)
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]
@@ -201,7 +201,7 @@ class JointFitter:
         row = before.row(here)
         full = np.zeros((*self.track.command.shape, residuals.shape[-1]))
         full[list(data.episodes)] = residuals
-        grid = settings(name, self.track, self.track.scales, row, full)
+        grid = JOINT_FITS[name].starts(self.track, row, full)
         return np.array([space.start(Hypothesis({**hypothesis.values, name: each}, hypothesis.extra)) for each in grid])
 
 

@@ -1,5 +1,6 @@
 """A recording as the search looks at it: episodes, the states that lead the observer, and segments to hold out."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -29,6 +30,16 @@ class Scales:
     peak_speed: float
     span: float  # of the position
     duration: float  # s, of the longest episode
+
+    @property
+    def damping(self) -> float:
+        """A damping that would take up the torque at the usual speed."""
+        return self.torque / self.speed
+
+    def top_speed(self, row: Mapping[str, float]) -> float:
+        """How fast this machine (its columns by name) would go under its largest torque, if that is not absurd."""
+        damping = row["viscous_damping"]
+        return min(self.peak_torque / damping, 4 * self.peak_speed) if damping > 0 else 4 * self.peak_speed
 
 
 @dataclass(frozen=True)

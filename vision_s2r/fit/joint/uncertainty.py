@@ -14,7 +14,7 @@ from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.fitter import SCALE, JointFitter, names_of
 from vision_s2r.fit.joint.likelihood import NU, influence
 from vision_s2r.fit.joint.observer import Observer
-from vision_s2r.fit.joint.space import Space
+from vision_s2r.fit.joint.space import INDEX, Space
 
 BLOCK = 100  # samples
 FINER = 4  # times the integrator's steps, for what its step size does to parameters
@@ -147,8 +147,8 @@ def _to_machine(space: Space) -> np.ndarray:
     matrix = np.eye(space.size)
     columns = {c.column: k for k, c in enumerate(space.coordinates)}
     for k, c in enumerate(space.coordinates):
-        if c.above is not None and c.above in columns:
-            matrix[k, columns[c.above]] = 1.0
+        if c.above is not None and INDEX[c.above] in columns:
+            matrix[k, columns[INDEX[c.above]]] = 1.0
     return matrix
 
 

@@ -1,6 +1,7 @@
 """Simulate many machines over many episodes: compiled, in parallel, the same bits whatever the number of threads."""
 
 import hashlib
+import inspect
 import math
 import os
 from collections.abc import Callable
@@ -15,6 +16,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from vision_s2r.errors import UserError
 from vision_s2r.joint.clock import clocked_one_mass, clocked_two_masses
 from vision_s2r.joint.drive import steady
+from vision_s2r.joint.effect import JOINT_EFFECTS
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, Machine, check
@@ -198,10 +200,11 @@ def _compile(sources: str) -> Callable[..., Any]:
 
 
 def digest() -> str:
-    """Of all the code in this room."""
-    folder = Path(__file__).parent
+    """Of all the code in this room, and of effects of other packages."""
+    room = set(Path(__file__).parent.rglob("*.py"))
+    foreign = {Path(inspect.getfile(type(effect))) for effect in JOINT_EFFECTS} - room
     digest = hashlib.sha256()
-    for path in sorted(folder.rglob("*.py")):
+    for path in [*sorted(room), *sorted(foreign)]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 

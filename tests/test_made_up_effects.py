@@ -1,0 +1,55 @@
+"""An effect of another package is one file: applied, randomized, identified, diagnosed and named as ours are.
+
+Registries are filled when they are imported, so each effect is tried in a process of its own, where its file is
+installed as an entry point.
+"""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+
+def with_installed(tmp_path: Path, kind: str, module: str, program: str) -> None:
+    """Run a function of this file where `module` is installed as an effect of this kind."""
+    metadata = tmp_path / "made_up-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: made-up\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text(f"[vision_s2r.effects]\n{kind}.{module} = tests.made_up.{module}\n")
+    paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[1])])
+    command = [sys.executable, "-c", f"from tests.test_made_up_effects import {program}; {program}()"]
+    done = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_made_up_joint_effect(tmp_path: Path) -> None:
+    with_installed(tmp_path, "joint", "air_drag", "try_air_drag")
+
+
+def try_air_drag() -> None:
+    from tests.identify.machines import a_log
+    from vision_s2r.diagnose.config import DiagnoseConfig
+    from vision_s2r.diagnose.diagnose import diagnose
+    from vision_s2r.identify.config import IdentifyConfig
+    from vision_s2r.identify.identify import identify
+    from vision_s2r.joint import JOINT_EFFECTS
+    from vision_s2r.randomize import Box
+
+    drag = 0.012
+    recording = a_log({"air_drag": {"coefficient": drag}})
+    assert np.abs(recording.position - a_log({}).position).max() > 0.1
+
+    box = Box.of({"air_drag": {"probability": 1.0, "coefficient": [0.005, 0.02]}}, JOINT_EFFECTS)
+    drawn = box.sample(100, np.random.default_rng(0))["air_drag"]["coefficient"]
+    assert 0.005 <= drawn.min() < 0.008 and 0.017 < drawn.max() <= 0.02
+
+    found = identify(recording, IdentifyConfig(effects=["air_drag"]))
+    assert found.values["air_drag"]["coefficient"] == pytest.approx(drag, rel=0.02)
+
+    report = diagnose(recording, DiagnoseConfig()).report
+    (named,) = report["effects"]
+    assert report["verdict"] == "explained" and named["name"] == "air_drag"
+    assert named["parameters"]["coefficient"]["value"] == pytest.approx(drag, rel=0.02)

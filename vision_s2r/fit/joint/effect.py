@@ -1,0 +1,76 @@
+"""What fitting needs of a joint effect: one record an effect, each in a file of `fit/joint/effects`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vision_s2r.effects import Records
+
+if TYPE_CHECKING:  # the file of an effect holds its physics too, and is read before the simulator is there
+    from vision_s2r.fit.joint.track import Track
+
+Setting = dict[str, float]  # an effect's parameters by name
+Row = Mapping[str, float]  # a machine's columns by name
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRange:
+    """A parameter as the fit sees it: its logarithm or itself, its range here, and a step that changes it little."""
+
+    parameter: str
+    low: float
+    high: float
+    step: float
+    log: bool = False
+    prior: float = math.inf  # standard deviation about where it starts; keeps what nothing shows where it was
+    above: str | None = None  # nominal parameter that this one is measured from
+
+
+def log(parameter: str, low: float, high: float, step: float = 0.003, prior: float = math.inf) -> ParameterRange:
+    """The logarithm of a parameter from `low` to `high`; step and prior are relative changes."""
+    return ParameterRange(parameter=parameter, low=math.log(low), high=math.log(high), step=step, log=True, prior=prior)
+
+
+def linear(
+    parameter: str, low: float, high: float, scale: float, prior: float = math.inf, above: str | None = None
+) -> ParameterRange:
+    """A parameter from `low` to `high`, `scale` being a size that would be plainly visible."""
+    return ParameterRange(parameter=parameter, low=low, high=high, step=0.003 * scale, prior=prior, above=above)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointFit:
+    """What fitting needs of one effect. `row` is the machine that the effect is tried beside."""
+
+    # (track, noise of the position) -> ranges of the fitted parameters, in their order.
+    ranges: Callable[[Track, float], list[ParameterRange]]
+    # (track, row, residuals [E, T, channels] of that machine) -> settings of which one is near any.
+    starts: Callable[[Track, Row, np.ndarray], list[Setting]]
+    # (track, row) -> a size that an engineer would care about; None: no size could show here. Without it, the effect
+    # is never said to be not excited.
+    plausible: Callable[[Track, Row], Setting | None] | None = None
+    not_excited: str = ""  # why a recording could not have shown it
+    # The motion that shows it; may hold {unit}, {quantity} (current), and {peak}, {slow}, {rate}, {fast} with formats.
+    excited_by: str = ""
+    confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
+    rough: bool = False  # its form is only roughly the same on any two machines
+    rippled: bool = False  # its likelihood has ripples, of impacts
+
+
+JOINT_FITS: Records[JointFit] = Records("joint", "fitting")
+
+# Simulated, but not yet fitted.
+UNFITTED = frozenset({
+    "proportional_gain", "derivative_gain", "deadband", "velocity_limit", "acceleration_limit", "position_offset",
+    "load_dependent_stribeck",
+})  # fmt: skip
+
+
+def confusable(name: str) -> frozenset[str]:
+    """Effects that may pass for this one."""
+    return JOINT_FITS[name].confusable | {other for other, fit in JOINT_FITS.items() if name in fit.confusable}

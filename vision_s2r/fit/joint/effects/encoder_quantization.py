@@ -1,0 +1,26 @@
+"""An encoder's steps: their resolution is the grid's, nothing of it is fitted."""
+
+import numpy as np
+
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting
+from vision_s2r.fit.joint.track import Track
+
+
+def ranges(track: Track, noise: float) -> list[ParameterRange]:
+    """What the fit moves."""
+    return []
+
+
+def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+    """Where it may start."""
+    return [{}]
+
+
+JOINT_FITS.register(
+    "encoder_quantization",
+    JointFit(
+        ranges=ranges,
+        starts=starts,
+        excited_by="very slow motion",
+    ),
+)

@@ -1,0 +1,34 @@
+"""How the weight of the load is fitted."""
+
+import numpy as np
+
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
+from vision_s2r.fit.joint.track import Track
+
+
+def ranges(track: Track, noise: float) -> list[ParameterRange]:
+    """What the fit moves."""
+    s = track.scales
+    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, s.peak_torque)]
+
+
+def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+    """Where it may start."""
+    return [{"value": track.nominal.gravity_torque + 0.05 * track.scales.torque}]
+
+
+def plausible(track: Track, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"value": row["gravity_torque"] + 0.1 * track.scales.peak_torque}
+
+
+JOINT_FITS.register(
+    "gravity_torque",
+    JointFit(
+        ranges=ranges,
+        starts=starts,
+        plausible=plausible,
+        not_excited="too little is seen of the position",
+        excited_by="motion over the whole range of positions",
+    ),
+)

@@ -1,0 +1,34 @@
+"""How a delay of the command is fitted."""
+
+import numpy as np
+
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
+from vision_s2r.fit.joint.track import Track
+
+
+def ranges(track: Track, noise: float) -> list[ParameterRange]:
+    """What the fit moves."""
+    return [linear("delay", 0.0, max(20 * track.sample_time, 0.1), 10 * track.sample_time)]
+
+
+def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+    """Where it may start."""
+    return [{"delay": x * track.sample_time} for x in (0.3, 0.7, 1.3, 2.2, 3.5, 5.5, 8.0)]
+
+
+def plausible(track: Track, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"delay": 0.5 * track.sample_time}
+
+
+JOINT_FITS.register(
+    "latency",
+    JointFit(
+        ranges=ranges,
+        starts=starts,
+        plausible=plausible,
+        not_excited="the command changes too little",
+        excited_by="{quantity} that changes at every sample (random steps)",
+        confusable=frozenset({"compliance"}),
+    ),
+)

@@ -1,0 +1,33 @@
+"""How friction that grows with the motor torque is fitted."""
+
+import numpy as np
+
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
+from vision_s2r.fit.joint.track import Track
+
+
+def ranges(track: Track, noise: float) -> list[ParameterRange]:
+    """What the fit moves."""
+    return [linear("coefficient", 0.0, 0.95, 0.5)]
+
+
+def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+    """Where it may start."""
+    return [{"coefficient": c} for c in (0.05, 0.2)]
+
+
+def plausible(track: Track, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"coefficient": 0.1}
+
+
+JOINT_FITS.register(
+    "load_dependent_friction",
+    JointFit(
+        ranges=ranges,
+        starts=starts,
+        plausible=plausible,
+        not_excited="the motor torque changes too little",
+        excited_by="steps between small and large {quantity} at like speed",
+    ),
+)
