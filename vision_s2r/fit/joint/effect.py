@@ -72,5 +72,6 @@ UNFITTED = frozenset({
 
 
 def confusable(name: str) -> frozenset[str]:
-    """Effects that may pass for this one."""
-    return JOINT_FITS[name].confusable | {other for other, fit in JOINT_FITS.items() if name in fit.confusable}
+    """Effects that may pass for this one; none for what is no effect."""
+    own = JOINT_FITS[name].confusable if name in JOINT_FITS else frozenset()
+    return own | {other for other, fit in JOINT_FITS.items() if name in fit.confusable}
