@@ -5,7 +5,7 @@ STAMP := $(VENV)/installed
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dynamics test test-all check docs docs-serve bench clean
+.PHONY: help setup demo dynamics test test-all check lint dist docs docs-serve bench clean
 
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -19,16 +19,16 @@ $(STAMP): constraints.txt pyproject.toml
 	touch $@
 
 demo: setup ## render, train, evaluate, diagnose a withheld camera, in at most 15 minutes: outputs/demo/index.html
-	$(BIN)/python scripts/run.py experiment=demo
-	$(BIN)/python scripts/close_gap.py experiment=demo
+	$(BIN)/vision-s2r run experiment=demo
+	$(BIN)/vision-s2r close-gap experiment=demo
 
 dynamics: setup ## identification, actuator network, randomized control, small: outputs/dynamics, under 10 minutes
-	$(BIN)/python scripts/identify.py example=two_point out=outputs/dynamics
-	$(BIN)/python scripts/identify.py recording=outputs/dynamics/log-0 out=outputs/dynamics/identified
-	$(BIN)/python scripts/actuator.py actuator=small out=outputs/dynamics/actuator
-	$(BIN)/python scripts/control.py follow control=small
-	$(BIN)/python scripts/control.py ablate control=small
-	$(BIN)/python scripts/control.py adr control=small
+	$(BIN)/vision-s2r identify example=two_point out=outputs/dynamics
+	$(BIN)/vision-s2r identify recording=outputs/dynamics/log-0 out=outputs/dynamics/identified
+	$(BIN)/vision-s2r actuator actuator=small out=outputs/dynamics/actuator
+	$(BIN)/vision-s2r control follow control=small
+	$(BIN)/vision-s2r control ablate control=small
+	$(BIN)/vision-s2r control adr control=small
 
 test: setup ## the tests, without the long ones
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile
@@ -36,7 +36,9 @@ test: setup ## the tests, without the long ones
 test-all: setup ## every test
 	$(BIN)/python -m pytest
 
-check: setup docs ## lint, format, types, docs
+check: lint dist docs ## lint, format, types; wheel and sdist build, and the documentation
+
+lint: setup ## lint, format, types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vision_s2r scripts
@@ -47,8 +49,13 @@ docs: setup ## the documentation, into build/site/index.html
 docs-serve: setup ## the documentation, at http://127.0.0.1:8000, built anew as it changes
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs serve
 
+dist: setup ## wheel and sdist, checked: dist/
+	rm -rf dist
+	$(BIN)/python -m build --no-isolation --outdir dist .
+	$(BIN)/twine check --strict dist/*
+
 bench: setup ## rendering speed against its limit and the usual loop
-	$(BIN)/python scripts/benchmark.py render
+	$(BIN)/vision-s2r benchmark render
 
 clean: ## remove the environment and what was made; rendered data stays
-	rm -rf $(VENV) outputs build *.egg-info .pytest_cache .mypy_cache .ruff_cache
+	rm -rf $(VENV) outputs build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache

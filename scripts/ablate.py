@@ -3,7 +3,7 @@
 `ablation=debug`: in a minute; `ablation.arms=[full,no_image]`: some arms; any other key goes to all jobs.
 """
 
-from vision_s2r.ablation.sweep import ablate
+from vision_s2r.commands.main import main
 
 if __name__ == "__main__":
-    ablate()
+    main("ablate")

@@ -1,7 +1,6 @@
 """Benchmarks, side by side: `benchmark.py render|translate|grasp|joint|contact|control [KEY=VALUE …]`."""
 
-from vision_s2r.benchmarks import BENCHMARKS
-from vision_s2r.cli import choose
+from vision_s2r.commands.main import main
 
 if __name__ == "__main__":
-    choose("benchmark", BENCHMARKS)
+    main("benchmark")

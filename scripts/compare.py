@@ -1,8 +1,6 @@
 """All methods side by side, or go on with it: experiment=methods. Keys: configs/config.yaml."""
 
-from vision_s2r.cli import main
-from vision_s2r.comparison import compare
-from vision_s2r.config import Config
+from vision_s2r.commands.main import main
 
 if __name__ == "__main__":
-    main(lambda cfg: print(compare(cfg)), Config)
+    main("compare")

@@ -1,8 +1,6 @@
 """Measure the transfer table: CSV, JSON and one page. Keys: configs/evaluate/default.yaml."""
 
-from vision_s2r.cli import main
-from vision_s2r.config import Config
-from vision_s2r.evaluate import evaluate
+from vision_s2r.commands.main import main
 
 if __name__ == "__main__":
-    main(lambda cfg: evaluate(cfg.evaluate, cfg.scene), Config)
+    main("evaluate")

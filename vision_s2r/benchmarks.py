@@ -1,8 +1,8 @@
-"""The benchmarks of scripts/benchmark.py, by name: each takes the overrides of the visual configuration."""
+"""The benchmarks, a command each, on the visual configuration."""
 
 from pathlib import Path
 
-from vision_s2r.cli import compose, log_to_terminal
+from vision_s2r.cli import compose
 from vision_s2r.config import Config
 from vision_s2r.contact import benchmark as contact_benchmark
 from vision_s2r.control import benchmark as control_benchmark
@@ -13,16 +13,13 @@ from vision_s2r.render import benchmark as render_benchmark
 from vision_s2r.translate import benchmark as translate_benchmark
 
 
-def render(overrides: list[str]) -> None:
+def render(cfg: Config) -> None:
     """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
-    cfg = compose(Config, overrides=overrides)
     render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.render.views, cfg.seed)
 
 
-def translate(overrides: list[str]) -> None:
+def translate(cfg: Config) -> None:
     """The translator against the U-Net of the literature: speed, and errors after the same time."""
-    cfg = compose(Config, overrides=overrides)
-    log_to_terminal()
     cameras, out = (cfg.camera, cfg.validation_camera), Path(cfg.out) / "benchmark"
     translate_benchmark.run(cfg.translate, cfg.benchmark, *training_sets(cfg), *cameras, out, cfg.seed)
 
@@ -34,26 +31,16 @@ def grasp(overrides: list[str]) -> None:
     forms.compare(policies, *training_sets(cfg), cfg.scene, cfg.out)
 
 
-def joint(overrides: list[str]) -> None:
+def joint(cfg: Config) -> None:
     """Steps a second of the joint simulator, against a NumPy loop and against PyBullet."""
-    joint_benchmark.run(compose(Config, overrides=overrides).seed)
+    joint_benchmark.run(cfg.seed)
 
 
-def contact(overrides: list[str]) -> None:
+def contact(cfg: Config) -> None:
     """Steps a second of the contact simulator, against PyBullet."""
-    contact_benchmark.run(compose(Config, overrides=overrides).seed)
+    contact_benchmark.run(cfg.seed)
 
 
-def control(overrides: list[str]) -> None:
+def control(cfg: Config) -> None:
     """Steps a second of the speed-tracking environment, against a Python loop of one joint."""
-    control_benchmark.run(compose(Config, overrides=overrides).seed)
-
-
-BENCHMARKS = {
-    "render": render,
-    "translate": translate,
-    "grasp": grasp,
-    "joint": joint,
-    "contact": contact,
-    "control": control,
-}
+    control_benchmark.run(cfg.seed)

@@ -1,4 +1,4 @@
-"""What every script does around its task: compose a typed configuration, report mistakes in one line.
+"""What every command does around its task: compose a typed configuration, report mistakes in one line.
 
 Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
 """
@@ -6,8 +6,7 @@ Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
 import logging
 import re
 import sys
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any, TypeVar
 
 import hydra
@@ -17,22 +16,28 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.paths import CONFIGS
 
-CONFIGS = Path(__file__).resolve().parents[1] / "configs"
 Schema = TypeVar("Schema")
 
 
-def main(task: Callable[[Schema], Any], schema: type[Schema], name: str = "config") -> None:
-    """Run `task` with configs/NAME.yaml, the command line's overrides on top, as an instance of `schema`."""
+def run(task: Callable[[Schema], Any], schema: type[Schema], name: str, arguments: list[str]) -> None:
+    """Run `task` with configs/NAME.yaml, the arguments' overrides on top, as an instance of `schema`.
+
+    Where there is a flag among the arguments, Hydra takes them all: a sweep, the configuration printed …
+    """
+    if not any(argument.startswith("-") for argument in arguments):
+        log_to_terminal()
+        or_exit(lambda: task(compose(schema, name, arguments)))
+        return
 
     @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
-    def run(cfg: DictConfig) -> None:
+    def one(cfg: DictConfig) -> None:
         log_to_terminal()
         or_exit(lambda: task(typed(cfg, schema)))
 
-    if not any(argument.startswith("-") for argument in sys.argv[1:]):  # Hydra's own flags: a sweep, --help …
-        or_exit(lambda: compose(schema, name, sys.argv[1:]))
-    run()
+    sys.argv[1:] = arguments
+    one()
 
 
 def log_to_terminal() -> None:
@@ -41,11 +46,11 @@ def log_to_terminal() -> None:
 
 
 def compose(schema: type[Schema], name: str = "config", overrides: list[str] | None = None) -> Schema:
-    """The typed configuration that a script would get from these overrides.
+    """The typed configuration that a command would get from these overrides.
 
     Raises UserError for a mistyped key, group or value, with the nearest valid one.
     """
-    GlobalHydra.instance().clear()  # a script's own composition is over by then
+    GlobalHydra.instance().clear()  # a command's own composition is over by then
     with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
         try:
             cfg = hydra.compose(name, overrides or [])
@@ -76,18 +81,6 @@ def or_exit(task: Callable[[], Any]) -> None:
     except KeyboardInterrupt:
         print("interrupted: the same command goes on where it stopped", file=sys.stderr)
         sys.exit(130)
-
-
-def choose(what: str, tasks: Mapping[str, Callable[[list[str]], Any]]) -> None:
-    """Run the task that the first argument names with the arguments after it."""
-
-    def run() -> None:
-        name, *overrides = sys.argv[1:] or [""]
-        if name not in tasks:
-            raise UserError(f"{what} '{name}': {nearest(name, tasks)}")
-        tasks[name](overrides)
-
-    or_exit(run)
 
 
 def _explain(message: str, base: DictConfig) -> str:

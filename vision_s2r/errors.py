@@ -1,4 +1,4 @@
-"""The one exception for mistakes of the user's, which scripts print as one line with exit code 2."""
+"""The one exception for mistakes of the user's, which commands print as one line with exit code 2."""
 
 import difflib
 from collections.abc import Iterable

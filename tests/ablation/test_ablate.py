@@ -14,8 +14,8 @@ import pytest
 
 from vision_s2r.ablation.job import JobResult
 from vision_s2r.ablation.summary import AblationSummary
-from vision_s2r.ablation.sweep import ablate
 from vision_s2r.cli import compose
+from vision_s2r.commands.main import main
 from vision_s2r.config import Config
 from vision_s2r.evaluate.drawing import LABEL
 from vision_s2r.translate.rcan import Rcan
@@ -23,13 +23,13 @@ from vision_s2r.translate.rcan import Rcan
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """`python scripts/ablate.py ablation=debug` with more overrides; returns its folder."""
+    """`vision-s2r ablate ablation=debug` with more overrides; returns its folder."""
 
     def call(*more: str) -> Path:
         data = [f"data.{part}.out={tmp_path}/{part}" for part in ("train", "validation", "real", "test")]
-        arguments = ["ablate.py", "ablation=debug", f"out={tmp_path}/out", *data, *more]
+        arguments = ["vision-s2r", "ablation=debug", f"out={tmp_path}/out", *data, *more]
         monkeypatch.setattr(sys, "argv", arguments)
-        ablate()
+        main("ablate")
         return tmp_path / "out"
 
     return call

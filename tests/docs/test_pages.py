@@ -11,7 +11,6 @@ import tables
 import world
 import yaml
 
-from vision_s2r.benchmarks import BENCHMARKS
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
 
@@ -57,12 +56,14 @@ def check(words: list[str]) -> None:
     if words[0] == "make":
         assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(), re.MULTILINE), words
         return
-    assert words[0] == "python", words
-    script, *rest = words[1:]
-    if script.startswith("docs/"):
-        assert (ROOT / script).exists() and all((ROOT / each).exists() for each in rest)
+    if words[0] == "python" and words[1].startswith("docs/"):
+        assert all((ROOT / each).exists() for each in words[1:])
         return
-    world.compose(Path(script).stem, rest, BENCHMARKS)
+    if words[0] == "python":  # a script is a door to the command of its name
+        assert (ROOT / words[1]).exists(), words
+        words = ["vision-s2r", Path(words[1]).stem.replace("_", "-"), *words[2:]]
+    assert words[0] == "vision-s2r", words
+    world.compose(words[1:])
 
 
 @pytest.mark.parametrize("page", named("yaml"))

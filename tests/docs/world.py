@@ -3,7 +3,6 @@
 import copy
 import functools
 import shutil
-from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -14,33 +13,13 @@ from omegaconf import DictConfig, OmegaConf
 from recordings import EXAMPLES
 
 from vision_s2r import cli
-from vision_s2r.actuator import ActuatorConfig
 from vision_s2r.camera import load_config
+from vision_s2r.commands.table import COMMANDS, FAMILIES
 from vision_s2r.config import Config
-from vision_s2r.control.config import ControlConfig
-from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.replay import ReplayConfig
-from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.grasp import GraspConfig
-from vision_s2r.identify import IdentifyConfig
-from vision_s2r.metrics import MetricsConfig
 from vision_s2r.networks.unet import NetworkConfig
+from vision_s2r.paths import CONFIGS
 from vision_s2r.recording import write
-
-# By verb: the schema and the name of its configuration.
-VERBS = dict.fromkeys(
-    ("run", "render", "translate", "adapt", "grasp", "evaluate", "compare", "finetune", "close_gap"), (Config, "config")
-) | {
-    "ablate": (Config, "ablation"),
-    "actuator": (ActuatorConfig, "actuator"),
-    "control": (ControlConfig, "control"),
-    "diagnose": (DiagnoseConfig, "diagnose"),
-    "gapbench": (GapbenchConfig, "gapbench"),
-    "identify": (IdentifyConfig, "identify"),
-    "metrics": (MetricsConfig, "metrics"),
-    "replay": (ReplayConfig, "replay"),
-}
-CHOICES = {"control": ("follow", "ablate", "adr")}
 
 
 def make(folder: Path) -> Path:
@@ -52,22 +31,17 @@ def make(folder: Path) -> Path:
     runs = folder / "outputs" / "cpu"
     save_untrained_policy(runs / "policy-0" / "best.safetensors", GraspConfig(picture="canonical"))
     save_untrained_translator(runs / "translator-0" / "best.safetensors", NetworkConfig(levels=2))
-    (folder / "configs").symlink_to(cli.CONFIGS)
+    (folder / "configs").symlink_to(CONFIGS)
     return folder
 
 
-def compose(verb: str, words: list[str], benchmarks: Collection[str]) -> None:
-    """Compose what a command line asks for. Raises UserError, or KeyError where there is no such verb."""
-    if verb == "benchmark":
-        assert words[0] in benchmarks, words
-        schema, name, words = Config, "config", words[1:]
-    else:
-        schema, name = VERBS[verb]
-    if verb in CHOICES:
-        assert words[0] in CHOICES[verb], words
-        words = words[1:]
-    parsed = OverridesParser.create().parse_overrides(words)
-    groups = [each for each in parsed if (cli.CONFIGS / str(each.key_or_group)).is_dir()]
+def compose(words: list[str]) -> None:
+    """Compose what `vision-s2r` is asked for. Raises UserError, or KeyError where there is no such command."""
+    size = 2 if words[0] in FAMILIES else 1
+    command = COMMANDS[" ".join(words[:size])]
+    schema, name = command.load()[1] or Config, command.config
+    parsed = OverridesParser.create().parse_overrides(words[size:])
+    groups = [each for each in parsed if (CONFIGS / str(each.key_or_group)).is_dir()]
     cfg = copy.deepcopy(_composed(schema, name, tuple(each.input_line for each in groups)))
     for each in parsed:
         if each not in groups:

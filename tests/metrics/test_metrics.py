@@ -108,7 +108,7 @@ def test_another_checkpoint_than_the_evaluation_s_is_refused(table, scenes, tmp_
     before = path.read_bytes()
     try:
         save_translator(path, mirror=True)
-        with pytest.raises(UserError, match=r"rcan/canonical/0\.json .*run scripts/evaluate\.py again"):
+        with pytest.raises(UserError, match=r"rcan/canonical/0\.json .*run `vision-s2r evaluate` again"):
             metrics(MetricsConfig([str(table)], str(tmp_path)), LOADERS)
     finally:
         path.write_bytes(before)

@@ -2,7 +2,6 @@
 
 import json
 import logging
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,30 +9,24 @@ from vision_s2r import pipeline
 from vision_s2r.ablation import job, picture
 from vision_s2r.ablation.config import check
 from vision_s2r.ablation.summary import AblationSummary
-from vision_s2r.cli import compose, log_to_terminal, main, or_exit
+from vision_s2r.cli import compose, log_to_terminal, run
 from vision_s2r.config import Config
 
 log = logging.getLogger(__name__)
 NAME = "ablation"  # of the configuration, and of what is written
 
 
-def ablate() -> None:
-    """Run the ablation that the command line describes, or go on with it.
+def ablate(arguments: list[str]) -> Path | None:
+    """Run the ablation that these arguments describe, or go on with it; returns the picture.
 
-    Hydra's own flags (--help, --cfg job, --multirun with a sweep of one's own) go to Hydra as they are.
+    Hydra's own flags (--cfg job, --multirun with a sweep of one's own) go to Hydra as they are.
     """
-    if not any(argument.startswith("-") for argument in sys.argv[1:]):
-        or_exit(_whole)
-    else:
-        main(job.run, Config, NAME)
-
-
-def _whole() -> None:
-    overrides = sys.argv[1:]
-    cfg = prepared(compose(Config, NAME, overrides))
-    sys.argv[1:] = ["--multirun", *overrides, *sweep(cfg)]
-    main(job.run, Config, NAME)
-    print(f"picture: {finish(cfg)}")
+    if any(argument.startswith("-") for argument in arguments):
+        run(job.run, Config, NAME, arguments)
+        return None
+    cfg = prepared(compose(Config, NAME, arguments))
+    run(job.run, Config, NAME, ["--multirun", *arguments, *sweep(cfg)])
+    return finish(cfg)
 
 
 def prepared(cfg: Config) -> Config:

@@ -5,8 +5,8 @@ from functools import cache
 from typing import Any
 
 from vision_s2r.camera.config import CameraConfig, load_config
-from vision_s2r.cli import CONFIGS
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.paths import CONFIGS
 
 
 @cache

@@ -10,7 +10,7 @@ import joblib
 import numpy as np
 
 from vision_s2r.camera import CameraConfig, load_config
-from vision_s2r.cli import CONFIGS, compose, log_to_terminal
+from vision_s2r.cli import compose, log_to_terminal
 from vision_s2r.close_gap.config import check
 from vision_s2r.close_gap.picture import draw
 from vision_s2r.close_gap.withheld import Withheld, withhold
@@ -22,6 +22,7 @@ from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig, through_cameras
 from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
+from vision_s2r.paths import CONFIGS
 from vision_s2r.pipeline import judge, render_sets, test_scene, training_sets
 from vision_s2r.recording.folders import folders
 from vision_s2r.render import Views

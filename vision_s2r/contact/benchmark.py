@@ -9,11 +9,11 @@ import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
-import pybullet
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.contact.machine import Nominal, pack
 from vision_s2r.contact.shape import Shape, box, cylinder, sphere
 from vision_s2r.contact.simulate import STATE, simulate

@@ -1,7 +1,7 @@
 """Controllers of a joint's speed: in come a nominal joint and ranges of effects, out come policies and what they miss.
 
 `SpeedTracking` is the Gymnasium vector environment on the compiled simulator, `train` makes a `Policy` with PPO from
-Stable-Baselines3, `track` runs any controller on any machines. The commands of scripts/control.py are built on these.
+Stable-Baselines3, `track` runs any controller on any machines. The commands of `vision-s2r control` are built on these.
 
 `gymnasium.make("vision_s2r/SpeedTracking-v0")` is a single joint, for a learner that wants no vectors.
 """

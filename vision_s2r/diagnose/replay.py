@@ -27,7 +27,7 @@ COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k 
 
 @dataclass
 class ReplayConfig:
-    """Everything that scripts/replay.py reads, as configs/replay.yaml has it."""
+    """Everything that `vision-s2r replay` reads, as configs/replay.yaml has it."""
 
     recording: Any = None  # DIR or [DIR, …]
     report: str = ""

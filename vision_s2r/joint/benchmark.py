@@ -8,11 +8,11 @@ import time
 from collections.abc import Callable
 
 import numpy as np
-import pybullet
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.joint.machine import Nominal, pack
 from vision_s2r.joint.simulation import simulate
 

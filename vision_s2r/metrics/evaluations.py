@@ -42,7 +42,9 @@ class Evaluation:
             columns = [_column(**column) for column in table["columns"]]
             scene = OmegaConf.create(table["scenes"]["scene"])
         except (KeyError, TypeError, IndexError) as error:
-            raise UserError(f"{folder / 'table.json'} is damaged ({error!r}): run scripts/evaluate.py again") from error
+            raise UserError(
+                f"{folder / 'table.json'} is damaged ({error!r}): run `vision-s2r evaluate` again"
+            ) from error
         scenes = Scenes.open(cfg, typed(scene, SceneConfig))
         return cls(folder, cfg.seed, scenes, columns, load_rows(cfg, scenes.views.size, loaders))
 
@@ -56,7 +58,7 @@ class Evaluation:
         if cell is None:
             raise UserError(
                 f"{path} is missing, damaged, or of other checkpoints or scenes than are there now: "
-                "run scripts/evaluate.py again"
+                "run `vision-s2r evaluate` again"
             )
         return cell.success
 
@@ -66,11 +68,11 @@ def _table(folder: Path) -> dict[str, Any]:
     try:
         table = json.loads(path.read_text())
     except OSError as error:
-        raise UserError(f"{path} cannot be read: expected a folder that scripts/evaluate.py finished") from error
+        raise UserError(f"{path} cannot be read: expected a folder that `vision-s2r evaluate` finished") from error
     except ValueError as error:
         raise UserError(f"{path} is not JSON: {error}") from error
     if not isinstance(table, dict) or table.get("format") != FORMAT:
-        raise UserError(f"{path}: expected format '{FORMAT}', as scripts/evaluate.py writes it")
+        raise UserError(f"{path}: expected format '{FORMAT}', as `vision-s2r evaluate` writes it")
     return table
 
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.scene import Renderer, SceneConfig, SceneState, arm, canonical, objects, randomized, sample_state, tray
 from vision_s2r.scene.appearance import Appearance, Light
 from vision_s2r.scene.renderer import LIGHT_DISTANCE, projection, view_matrix

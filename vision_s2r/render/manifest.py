@@ -40,7 +40,7 @@ class Manifest:
         try:
             data = json.loads(path.read_text())
         except OSError as error:
-            raise UserError(f"{path} cannot be read: expected a folder that scripts/render.py wrote") from error
+            raise UserError(f"{path} cannot be read: expected a folder that `vision-s2r render` wrote") from error
         except ValueError as error:
             raise UserError(f"{path} is not JSON: {error}") from error
         if not isinstance(data, dict) or data.pop("format", None) != FORMAT:

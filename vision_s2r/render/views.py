@@ -22,7 +22,7 @@ class Views:
 
     @classmethod
     def open(cls, folder: Path | str) -> "Views":
-        """The scenes of a folder that `scripts/render.py` finished.
+        """The scenes of a folder that `vision-s2r render` finished.
 
         Raises UserError where shards are missing or damaged, naming the first.
         """
@@ -30,9 +30,9 @@ class Views:
         manifest = Manifest.load(folder)
         missing = [k for k in range(manifest.shard_count) if k not in manifest.checksums]
         if missing:
-            raise UserError(f"{folder} is not finished, {len(missing)} shards missing: run scripts/render.py again")
+            raise UserError(f"{folder} is not finished, {len(missing)} shards missing: run `vision-s2r render` again")
         for path in manifest.damaged(folder):
-            raise UserError(f"{path} is damaged or missing: run scripts/render.py again to mend it")
+            raise UserError(f"{path} is damaged or missing: run `vision-s2r render` again to mend it")
         shards = [_mapped(shard_path(folder, k)) for k in range(manifest.shard_count)]
         return cls(shards, torch.arange(manifest.render["scenes"]), manifest)
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.scene import arm
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.scene.state import SceneState

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import TracebackType
 
 import numpy as np
-import pybullet
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.scene import arm, meshes, objects, textures, tray
 from vision_s2r.scene.appearance import CLASSES, DISTRACTOR_SIZES, PARTS, TABLE, Appearance, Surface, class_of
 from vision_s2r.scene.config import SceneConfig

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from types import TracebackType
 
 import numpy as np
-import pybullet
 
+from vision_s2r.bullet import pybullet
 from vision_s2r.scene import objects, tray
 from vision_s2r.scene.config import SceneConfig
 

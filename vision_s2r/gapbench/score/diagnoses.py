@@ -19,7 +19,7 @@ from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.gapbench.files import read_json, write_json
 from vision_s2r.progress import tracked
 
-_DIAGNOSE = Path(__file__).resolve().parents[3] / "scripts" / "diagnose.py"
+_DIAGNOSE = [sys.executable, "-m", "vision_s2r", "diagnose"]
 _LAST_WORDS = 2000  # characters
 
 
@@ -66,7 +66,7 @@ def _one(cfg: GapbenchConfig, out: Path, name: str, withhold: str | None) -> Non
 def _diagnosed(cfg: GapbenchConfig, home: Path, withhold: str | None) -> dict[str, Any]:
     """Run the command in a folder that holds a recording and nothing else."""
     threads = max(1, (os.cpu_count() or 1) // cfg.jobs)
-    command = cfg.diagnose or [sys.executable, str(_DIAGNOSE)]
+    command = cfg.diagnose or _DIAGNOSE
     arguments = [f"recording={home / 'recording'}", f"out={home / 'report'}", f"jobs={threads}"]
     arguments += [f"withhold=[{withhold}]"] if withhold else []
     limits = {key: str(threads) for key in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}

@@ -1,0 +1,302 @@
+"""The commands: what each is called, what it runs, and which configuration it reads. A new one is an entry here."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+VISUAL, DIAGNOSIS, DYNAMICS, SPEED = (
+    "Bridge the visual gap",
+    "Diagnose the gap",
+    "Bridge the dynamics gap",
+    "Measure speed",
+)
+
+
+@dataclass(frozen=True)
+class Command:
+    """One command. `task` and `schema` are MODULE:NAME and only imported when it runs.
+
+    The task takes an instance of the schema; where there is none, the overrides themselves. It returns the paths to
+    look at, one or several, or nothing.
+    """
+
+    name: str  # as it is typed: "diagnose", "control follow"
+    group: str  # under which it is listed
+    help: str  # one line: what it does
+    task: str
+    schema: str | None = "vision_s2r.config:Config"
+    config: str = "config"  # configs/CONFIG.yaml
+    keys: tuple[str, ...] = ()  # parts of the configuration that its help explains; none: all of it
+    examples: tuple[tuple[str, str], ...] = ()  # arguments, and what they are for
+    result: str = ""  # what the returned paths are called
+
+    def load(self) -> tuple[Callable[..., Any], type[Any] | None]:
+        """The task and the schema, imported."""
+        return _load(self.task), _load(self.schema) if self.schema else None
+
+
+def _load(place: str) -> Any:
+    module, name = place.split(":")
+    return getattr(import_module(module), name)
+
+
+_CONTROL: dict[str, Any] = {
+    "group": DYNAMICS,
+    "schema": "vision_s2r.control.config:ControlConfig",
+    "config": "control",
+    "result": "picture",
+}
+
+_ALL = (
+    Command(
+        "run",
+        VISUAL,
+        "The whole way: render, train translator and policies, evaluate",
+        "vision_s2r.pipeline:run",
+        keys=("",),
+        examples=(
+            ("experiment=demo", "small, in minutes"),
+            ("experiment=cpu", "a few hours without a GPU"),
+            ("experiment=full jobs=4", "everything, four trainings at a time"),
+        ),
+        result="transfer table",
+    ),
+    Command(
+        "render",
+        VISUAL,
+        "Render scenes: randomized and canonical pictures, labels and simulated grasps",
+        "vision_s2r.commands.visual:render",
+        keys=("render", "scene"),
+        examples=(
+            ("render.scenes=200 render.out=renders/mine", "a small set"),
+            ("render.real=true render.views=1", "with the appearance that stands for reality"),
+        ),
+    ),
+    Command(
+        "translate",
+        VISUAL,
+        "Train the translator: any look of a scene to its canonical view (RCAN)",
+        "vision_s2r.commands.visual:translate",
+        keys=("translate",),
+        examples=(
+            ("experiment=cpu", "on the views of that experiment"),
+            ("translate=pix2pix", "a plain conditional GAN instead"),
+            ("translate.loss.adversarial=0.01 camera=harsh", "another loss, under another camera"),
+        ),
+    ),
+    Command(
+        "adapt",
+        VISUAL,
+        "Adapt to recorded real pictures without pairs (RL-CycleGAN, CycleGAN, GraspGAN)",
+        "vision_s2r.commands.visual:adapt",
+        keys=("adapt",),
+        examples=(("adapt=graspgan", "another method"),),
+    ),
+    Command(
+        "grasp",
+        VISUAL,
+        "Train a grasp policy on rendered views",
+        "vision_s2r.commands.visual:grasp",
+        keys=("grasp",),
+        examples=(
+            ("experiment=cpu", "on canonical views"),
+            ("grasp=randomized", "the baseline: domain randomization"),
+        ),
+    ),
+    Command(
+        "evaluate",
+        VISUAL,
+        "Measure the transfer table: how well policies grasp through each camera",
+        "vision_s2r.commands.visual:table",
+        keys=("evaluate",),
+        examples=(
+            (
+                "experiment=cpu 'evaluate.rows.rcan.policy=[POLICY]' 'evaluate.rows.rcan.translator=[TRANSLATOR]'",
+                "released checkpoints",
+            ),
+        ),
+    ),
+    Command(
+        "compare",
+        VISUAL,
+        "All methods side by side, trained on the same scenes",
+        "vision_s2r.comparison:compare",
+        keys=("", "evaluate"),
+        examples=(("experiment=methods", "the published table"),),
+        result="table",
+    ),
+    Command(
+        "finetune",
+        VISUAL,
+        "Success against the number of real grasps",
+        "vision_s2r.comparison:few_real_grasps",
+        keys=("finetune",),
+        examples=(("experiment=methods", "starts from the methods that `compare` trained"),),
+        result="summary",
+    ),
+    Command(
+        "metrics",
+        VISUAL,
+        "What translations do to content, and which metric foretells success",
+        "vision_s2r.metrics:metrics",
+        schema="vision_s2r.metrics:MetricsConfig",
+        config="metrics",
+        examples=(("'tables=[outputs/cpu]' out=outputs/metrics", "of a finished table"),),
+    ),
+    Command(
+        "ablate",
+        VISUAL,
+        "What each term of the translator's loss is worth",
+        "vision_s2r.ablation.sweep:ablate",
+        schema=None,
+        config="ablation",
+        keys=("",),
+        examples=(
+            ("ablation=debug", "in a minute"),
+            ("'ablation.variants=[full,no_image]' seeds=3 jobs=2", "some variants, three trainings of each"),
+        ),
+    ),
+    Command(
+        "diagnose",
+        DIAGNOSIS,
+        "Where the gap of a recording lies, which effect causes it, how far it shrinks",
+        "vision_s2r.diagnose.diagnose:diagnose_all",
+        schema="vision_s2r.diagnose.config:DiagnoseConfig",
+        config="diagnose",
+        examples=(
+            ("recording=DIR out=outputs/diagnosis", "one recording"),
+            ("'recording=[DIR,DIR]' jobs=8", "several"),
+            ("recording=DIR 'withhold=[backlash]'", "what if an effect were unknown?"),
+        ),
+        result="report",
+    ),
+    Command(
+        "replay",
+        DIAGNOSIS,
+        "Another recording through the simulator before and after a diagnosis",
+        "vision_s2r.diagnose.replay:replay_all",
+        schema="vision_s2r.diagnose.replay:ReplayConfig",
+        config="replay",
+        examples=(("recording=DIR report=outputs/diagnosis/report.json", "nothing is fitted to it"),),
+        result="replay",
+    ),
+    Command(
+        "close-gap",
+        DIAGNOSIS,
+        "Diagnose a camera, train the translator under the diagnosis, measure what it won",
+        "vision_s2r.close_gap.loop:close_gap",
+        keys=("close_gap",),
+        examples=(
+            ("experiment=demo", "withheld cameras, small"),
+            ("experiment=cpu recording=DIR", "the camera of a recording"),
+        ),
+        result="summary",
+    ),
+    Command(
+        "gapbench",
+        DIAGNOSIS,
+        "The sealed benchmark of diagnosis: machines with withheld answers, and a score",
+        "vision_s2r.gapbench.bench:bench",
+        schema="vision_s2r.gapbench.config:GapbenchConfig",
+        config="gapbench",
+        examples=(
+            ("kind=joint set=tuning seed=0", "generate, diagnose and score"),
+            ("kind=camera stage=score", "score recordings that are there"),
+        ),
+    ),
+    Command(
+        "identify",
+        DYNAMICS,
+        "The parameters of a joint from its recordings, the effects given",
+        "vision_s2r.identify:identify_all",
+        schema="vision_s2r.identify:IdentifyConfig",
+        config="identify",
+        examples=(
+            ("recording=DIR 'effects=[backlash]' out=outputs/identified", "beside the nominal parameters"),
+            ("recording=DIR report=outputs/diagnosis/report.json", "the effects that a diagnosis found"),
+            ("example=two_point out=outputs/two_point", "a joint from two steady states, worked out"),
+        ),
+        result="written",
+    ),
+    Command(
+        "actuator",
+        DYNAMICS,
+        "An actuator network in the motor's place, and controllers that transfer because of it",
+        "vision_s2r.actuator.run:run",
+        schema="vision_s2r.actuator.config:ActuatorConfig",
+        config="actuator",
+        examples=(("actuator=small out=outputs/actuator", "in a minute"),),
+        result="picture",
+    ),
+    Command(
+        "control follow",
+        help="Policies trained on the wrong simulator and on randomized ones, in reality",
+        task="vision_s2r.control.follow:follow",
+        examples=(("control=small", "in a few minutes"),),
+        **_CONTROL,
+    ),
+    Command(
+        "control ablate",
+        help="What each randomization is worth, one frozen at a time",
+        task="vision_s2r.control.ablate:ablate",
+        examples=(("control=small", "in a few minutes"),),
+        **_CONTROL,
+    ),
+    Command(
+        "control adr",
+        help="Automatic domain randomization: ranges that widen while the policy performs",
+        task="vision_s2r.control.adr:adr",
+        examples=(("control=small", "in a few minutes"),),
+        **_CONTROL,
+    ),
+    Command(
+        "benchmark render",
+        SPEED,
+        "Pairs a second, against the engine's limit and the usual loop",
+        "vision_s2r.benchmarks:render",
+        keys=("render", "scene"),
+    ),
+    Command(
+        "benchmark translate",
+        SPEED,
+        "The translator against the U-Net of the literature: speed, and errors after the same time",
+        "vision_s2r.benchmarks:translate",
+        keys=("benchmark",),
+    ),
+    Command(
+        "benchmark grasp",
+        SPEED,
+        "Three forms of Q on the same data in the same minutes",
+        "vision_s2r.benchmarks:grasp",
+        schema=None,
+        keys=("grasp",),
+    ),
+    Command(
+        "benchmark joint",
+        SPEED,
+        "Steps a second of the joint simulator, against a NumPy loop and PyBullet",
+        "vision_s2r.benchmarks:joint",
+        keys=("",),
+    ),
+    Command(
+        "benchmark contact",
+        SPEED,
+        "Steps a second of the contact simulator, against PyBullet",
+        "vision_s2r.benchmarks:contact",
+        keys=("",),
+    ),
+    Command(
+        "benchmark control",
+        SPEED,
+        "Steps a second of the speed-tracking environment, against a Python loop",
+        "vision_s2r.benchmarks:control",
+        keys=("",),
+    ),
+)
+
+COMMANDS = {command.name: command for command in _ALL}
+FAMILIES = {
+    "control": "Controllers of a joint's speed across the dynamics gap",
+    "benchmark": "Speed, side by side with the usual way",
+}

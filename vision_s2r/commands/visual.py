@@ -1,0 +1,36 @@
+"""The stages of the visual pipeline, one command each, with the first seed of the configuration."""
+
+from pathlib import Path
+
+from vision_s2r import evaluate, pipeline
+from vision_s2r import render as rendering
+from vision_s2r.config import Config
+from vision_s2r.grasp import train_policy
+
+
+def render(cfg: Config) -> None:
+    """The scenes of `cfg.render`."""
+    rendering.render(cfg.scene, cfg.render)
+
+
+def translate(cfg: Config) -> Path:
+    """The translator, in OUT/translator-SEED; returns its released checkpoint."""
+    return pipeline.paired_translator(cfg, cfg.seed)
+
+
+def adapt(cfg: Config) -> list[Path]:
+    """The adaptation, in OUT/adapt-SEED; returns the released policy and, where there is one, the translator."""
+    released = pipeline.adapt(cfg, cfg.seed)
+    return [path for path in (released.policy, released.translator) if path]
+
+
+def grasp(cfg: Config) -> Path:
+    """The policy, in OUT/policy-SEED; one on randomized pictures in OUT/baseline-SEED. Returns its checkpoint."""
+    role = "policy" if cfg.grasp.picture == "canonical" else "baseline"
+    out = Path(cfg.out) / f"{role}-{cfg.seed}"
+    return train_policy(*pipeline.training_sets(cfg), cfg.grasp, cfg.camera, out, cfg.seed, cfg.validation_camera)
+
+
+def table(cfg: Config) -> None:
+    """The transfer table and its page, in `cfg.evaluate.out`."""
+    evaluate.evaluate(cfg.evaluate, cfg.scene)
