@@ -1,11 +1,12 @@
 """Every registered effect says what every verb needs of it; else the list of what is missing."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from tests.recordings import a_joint
-from vision_s2r.fit.joint.effect import JOINT_FITS, UNFITTED
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.space import Space
 from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import JOINT_EFFECTS, pack
@@ -16,18 +17,16 @@ def test_joint_effects_can_be_fitted() -> None:
 
 
 def _missing_of_joint() -> Iterator[str]:
-    track = make_track(a_joint(noise=1e-4), velocity_is_derived=False)
-    row = Space(frozenset(), track, 1e-4).row(np.empty(0))
-    residuals = np.random.default_rng(0).normal(size=track.observed.shape)
+    one = a_joint(noise=1e-4)
+    servo = replace(one, nominal=one.nominal | {"proportional_gain": 5.0})
+    tracks = {law: make_track(each, velocity_is_derived=False) for law, each in ((False, one), (True, servo))}
+    residuals = np.random.default_rng(0).normal(size=tracks[False].observed.shape)
     names = {effect.name for effect in JOINT_EFFECTS}
-    for name in sorted(UNFITTED & set(JOINT_FITS)):
-        yield f"{name} is fitted, but among UNFITTED in fit/joint/effect.py"
-    for name in sorted((set(JOINT_FITS) | UNFITTED) - names):
-        yield f"{name} is fitted, or among UNFITTED, but no effect"
+    for name in sorted(set(JOINT_FITS) - names):
+        yield f"{name} is fitted, but no effect"
     for effect in JOINT_EFFECTS:
-        name = effect.name
-        if name in UNFITTED:
-            continue
+        name, track = effect.name, tracks[effect.servo]
+        row = Space(frozenset(), track, 1e-4).row(np.empty(0))
         if name not in JOINT_FITS:
             yield f"{name} has no JointFit: register one in fit/joint/effects/{name}.py"
             continue

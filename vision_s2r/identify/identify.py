@@ -9,14 +9,13 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Values
 from vision_s2r.fit.gap import Gap
 from vision_s2r.fit.joint.case import JointCase
-from vision_s2r.fit.joint.effect import UNFITTED
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.identify.config import IdentifyConfig, InverseConfig
 from vision_s2r.identify.estimate import ParameterEstimates
 from vision_s2r.identify.forward import Forward
 from vision_s2r.identify.identifiable import Reason, doubts, identifiable
 from vision_s2r.identify.inverse import KNOWN, Inverse, regression
-from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, SERVO
 from vision_s2r.randomize import Posterior
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, read_report
@@ -67,9 +66,9 @@ def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
     """
     asked = frozenset(cfg.effects) | _reported(cfg.report)
     held = cfg.hold.known()
-    if asked & UNFITTED:
-        raise UserError(f"{min(asked & UNFITTED)} is simulated, but not yet identified")
-    wanted = (asked | (frozenset(DYNAMICS) - UNFITTED - {"torque_constant"})) - held.keys()
+    if not recording.servo and (wrong := sorted(asked & set(SERVO))):
+        raise UserError(f"{wrong[0]} is of a position servo, but the recording has no targets")
+    wanted = (asked | (frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO})) - held.keys()
     if recording.units == "linear" and not recording.nominal["gravity_torque"]:
         wanted -= {"gravity_torque"} - asked  # the sine of a distance is no load
     if cfg.method == "inverse" and not wanted <= KNOWN:

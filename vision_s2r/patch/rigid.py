@@ -39,6 +39,13 @@ def advice(named: Diagnosed, recording: JointRecording) -> dict[str, str]:
     say("cogging", "apply {amplitude}·sin({teeth}·position)")
     say("thermal_drift", "let viscous damping grow by the factor 1 + {rate}·t")
     say("asymmetric_friction", "viscous damping ±{viscous} and dry friction ±{coulomb} by the direction of motion")
+    say("load_dependent_stribeck", "dry friction grows by {coefficient}·|motor torque|·exp(−(velocity/{velocity})²)")
+    say("position_offset", "the position that is read is the joint's plus {value} {length}")
+    say("proportional_gain", "the servo pulls {value} units of command a {length} of error")
+    say("derivative_gain", "the servo brakes {value} units of command a {length}/s")
+    say("deadband", "the servo gives no torque within ±{width}/2 {length} of its target")
+    say("velocity_limit", "let targets move by {value} {length}/s at most")
+    say("acceleration_limit", "let the rate of targets change by {value} {length}/s² at most")
     say(
         "compliance",
         "a second joint in series, a spring of {stiffness} with damping {damping}, half of the inertia on either side",

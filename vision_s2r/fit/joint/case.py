@@ -8,11 +8,10 @@ import numpy as np
 from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS
-from vision_s2r.fit.joint.effect import JOINT_FITS, UNFITTED, confusable
+from vision_s2r.fit.joint.effect import JOINT_FITS, confusable
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.fitter import SCALE, Floor, JointFitter, names_of
@@ -21,11 +20,11 @@ from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
-from vision_s2r.fit.joint.track import LEAK, Track, fast_noise, led_by, make_track
-from vision_s2r.joint import DYNAMICS, unit
+from vision_s2r.fit.joint.track import Track, fast_noise, led_by, make_track
+from vision_s2r.joint import DYNAMICS, SERVO, unit
 from vision_s2r.recording import JointRecording
 
-STEP = 0.004  # s, of the integrator, at most
+STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
 FINER = 4  # times the steps, for the integrator's own error
 BLOCK = 50  # samples, at least, that count as one
 WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
@@ -35,34 +34,39 @@ QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a r
 PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
 SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
+ONE_GAIN = "it is one with the proportional gain"
+NO_SERVO = "no targets of a position servo are in the recording"
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
 class JointCase:
     """Episodes of a joint beside the simulator of `vision_s2r.joint`.
 
-    The search looks at the residual of a leaky observer in position and velocity; the gap is that of the velocity in
-    free run. An episode is a segment; fewer than five are cut into stretches.
+    The search looks at the residual of a leaky observer in position and velocity, or, where the joint is a position
+    servo, of a free run. The gap is that of the velocity in free run, a servo's that of the position. An episode is a
+    segment; fewer than five are cut into stretches.
     """
 
     kind = "joint"
     sharp = False
-    refitted: Names = frozenset(DYNAMICS) - {"torque_constant"}
+    refitted: Names = frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO}
     discrepancies: Mapping[str, str] = MEANINGS
-    metric = "velocity_rmse"
 
     def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
-        if recording.servo or recording.times is not None:
-            raise UserError("position servos and uneven samples are read and replayed, but not yet diagnosed")
         self.recording = recording
-        self.library = {name: effect for name, effect in library.items() if name not in UNFITTED}
+        self.library = library
+        apart = {"torque_constant": ONE_GAIN} if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
+        self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
         grid = find_quantization_grid(recording.position, recording.lengths)
         derived = grid is not None and _is_derived(recording)
         self.track: Track = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
         self.refitted = frozenset(self.refitted & self.library.keys())
-        self.unit = "rad/s" if recording.units == "rotary" else "m/s"
+        length = "rad" if recording.units == "rotary" else "m"
+        self.metric, self.unit = "velocity_rmse", f"{length}/s"
+        if recording.servo:
+            self.metric, self.unit = "position_rmse", length
         self.described = self._describe()
         rounding = grid.resolution**2 / 12 if grid else 0.0
         known = grid is not None and "encoder_quantization" in library
@@ -78,11 +82,11 @@ class JointCase:
     def _prepare(self, unknown_grid: QuantizationGrid | None, rounding: float) -> None:
         self._fitter = self._make_fitter(self.track)
         base = self._fit_base()
-        if self.track.velocity is None:
+        if self.track.velocity is None and not self.track.servo:
             self._lead(base)
             base = self._fit_base()
         best, noise = self._quietest(base)
-        if self.track.velocity is None:
+        if self.track.velocity is None and not self.track.servo:
             self._lead(best)
             base = self._fit_base()
             best = self._fitter.fit(names_of(best), range(self.segments), best)
@@ -102,15 +106,18 @@ class JointCase:
         self._floor = GAUSSIAN * self._expected
         self._gap = FreeRunGap(self._fitter, noise, self._grid)
         self._labels, self._owners = uncertainty.blocks(track.segment, int(max(BLOCK, 5 / self._temper.min())))
-        idle = [name for name in self.library if name not in self._promising]
-        self.not_excited: Mapping[str, str] = not_excited(self._fitter, base, self._expected / self._temper, idle)
+        idle = [name for name in self.library if name not in self._promising | self._apart.keys()]
+        unseen = not_excited(self._fitter, base, self._expected / self._temper, idle)
+        self.not_excited: Mapping[str, str] = {**unseen, **self._apart}
 
     def _fit_base(self) -> Hypothesis:
         """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
         return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
 
     def _make_fitter(self, track: Track) -> JointFitter:
-        observer = Observer(track, max(1, math.ceil(track.sample_time / STEP - 1e-9)), fast_noise(track.position))
+        longest = SERVO_STEP if track.servo else STEP
+        substeps = max(1, math.ceil(track.inputs.sample_time / longest - 1e-9))
+        observer = Observer(track, substeps, fast_noise(track.position))
         rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
         loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
         return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None)
@@ -127,7 +134,8 @@ class JointCase:
         best, residuals = base, self._fitter.residuals(base, segments)
         noise = fast_variance(residuals, lengths)
         for _ in range(LAYERS):
-            free = sorted(self.library.keys() - names_of(best) - {"torque_constant", "encoder_quantization"})
+            apart = {"torque_constant", "proportional_gain", "encoder_quantization", *self._apart}
+            free = sorted(self.library.keys() - names_of(best) - apart)
             gains = self._fitter.gains(best, free, segments)
             self._promising |= {name for name in free if gains[name] > PROMISING}
             name = max(free, key=lambda each: gains[each], default=None)
@@ -150,7 +158,7 @@ class JointCase:
         """
         track = self.track
         velocity = np.nan_to_num(track.observed[..., 1])
-        followed = lfilter([0.0, LEAK], [1.0, LEAK - 1.0], velocity, axis=1)  # what the observer makes up for
+        followed = lfilter([0.0, track.leak], [1.0, track.leak - 1.0], velocity, axis=1)  # the observer makes up for it
         late = SKEW * track.sample_time * (velocity - followed)
         return np.array([np.mean(late[track.segment >= 0] ** 2), 0.0])[: self._fitter.observer.channels]
 
@@ -224,12 +232,13 @@ class JointCase:
         return []
 
     def simplify(self, names: Names) -> Sequence[Names]:
-        """A torque constant for several nominal parameters that are scaled together."""
+        """A gain (a torque constant, or a servo's) for several nominal parameters that are scaled together."""
+        gain = "proportional_gain" if self.recording.servo else "torque_constant"
         scaled = names & {"inertia", "viscous_damping", "coulomb_friction"}
-        if "torque_constant" not in self.library or len(scaled) < 2:
+        if gain not in self.library or len(scaled) < 2:
             return []
-        # A torque constant scales them all: with it, one of them stays nominal and the others may differ.
-        return [(names | self.refitted) - {name} | {"torque_constant"} for name in sorted(scaled)]
+        # A gain scales them all: with it, one of them stays nominal and the others may differ.
+        return [(names | self.refitted) - {name} | {gain} for name in sorted(scaled)]
 
     def confusable(self, name: str) -> Names:
         """Effects that may pass for this one."""
@@ -290,6 +299,11 @@ class JointCase:
         return not_excited(self._fitter, hypothesis, self._expected / self._temper, sorted(hypothesis.values))
 
     def _describe(self) -> str:
+        if self.track.servo:
+            return (
+                "position, which is what a position servo is for, "
+                "in a free run from each episode's first row to its end, on stretches that no fit has seen"
+            )
         velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"
         return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
 
@@ -298,8 +312,8 @@ def _is_derived(recording: JointRecording) -> bool:
     """Whether the velocity is no more than the central difference of the positions."""
     if recording.velocity is None:
         return False
-    inner = recording.velocity[:, 1:-1]
-    central = (recording.position[:, 2:] - recording.position[:, :-2]) / (2 * recording.sample_time)
+    inner, time = recording.velocity[:, 1:-1], recording.time
+    central = (recording.position[:, 2:] - recording.position[:, :-2]) / (time[:, 2:] - time[:, :-2])
     difference = np.nanstd(inner - central)
     rounding = fast_noise(central)
     return bool(difference < 0.5 * max(rounding, 1e-12))

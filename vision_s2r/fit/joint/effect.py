@@ -64,12 +64,6 @@ class JointFit:
 
 JOINT_FITS: Records[JointFit] = Records("joint", "fitting")
 
-# Simulated, but not yet fitted.
-UNFITTED = frozenset({
-    "proportional_gain", "derivative_gain", "deadband", "velocity_limit", "acceleration_limit", "position_offset",
-    "load_dependent_stribeck",
-})  # fmt: skip
-
 
 def confusable(name: str) -> frozenset[str]:
     """Effects that may pass for this one; none for what is no effect."""

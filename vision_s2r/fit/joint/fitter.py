@@ -75,7 +75,7 @@ class JointFitter:
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
         """Residuals [E, T, channels] of the episodes that hold these segments, others zero."""
         space, data = self.space(names_of(hypothesis)), self.data(segments)
-        out = np.zeros((*self.track.command.shape, self.observer.channels))
+        out = np.zeros((*self.track.position.shape, self.observer.channels))
         out[list(data.episodes)] = self.observer.residuals(space, space.start(hypothesis)[None], data.episodes)[0]
         return out
 
@@ -199,7 +199,7 @@ class JointFitter:
         data: Data,
     ) -> np.ndarray:
         row = before.row(here)
-        full = np.zeros((*self.track.command.shape, residuals.shape[-1]))
+        full = np.zeros((*self.track.position.shape, residuals.shape[-1]))
         full[list(data.episodes)] = residuals
         grid = JOINT_FITS[name].starts(self.track, row, full)
         return np.array([space.start(Hypothesis({**hypothesis.values, name: each}, hypothesis.extra)) for each in grid])

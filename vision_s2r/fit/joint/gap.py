@@ -1,4 +1,7 @@
-"""The gap of a joint: velocity in free run, from each episode's first row to its end, against what was measured."""
+"""The gap of a joint: velocity in free run, from each episode's first row to its end, against what was measured.
+
+A position servo's is that of the position: positions are its task, and its speeds are mostly a filtered register.
+"""
 
 from collections.abc import Iterable
 from itertools import pairwise
@@ -9,6 +12,7 @@ from scipy.signal import savgol_filter
 from vision_s2r.fit.case import Axis, Hypothesis, Samples
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.quantization import QuantizationGrid
+from vision_s2r.fit.joint.slopes import slopes
 
 REVERSAL = 0.1  # s to either side of a change of direction
 BINS = 5
@@ -16,14 +20,17 @@ REACH = 2  # samples to either side that velocities are read off positions where
 
 
 class FreeRunGap:
-    """Squared errors of the velocity, sample by sample."""
+    """Squared errors of the velocity, or of a servo's position, sample by sample."""
 
     def __init__(self, fitter: JointFitter, noise: np.ndarray, grid: QuantizationGrid | None) -> None:
         self._fitter, self._track = fitter, fitter.track
         track = fitter.track
-        self._derived = track.velocity is None
-        self._measured = self._velocity(track.position, track.velocity)
-        if self._derived:
+        self._position = track.servo
+        self._derived = track.velocity is None and not track.servo
+        self._measured = track.position if track.servo else self._velocity(track.position, track.velocity)
+        if self._position:
+            self.noise_variance = float(noise[0])
+        elif self._derived:
             self.noise_variance = float(noise[0]) * _derivative_gain(track.sample_time)
         else:
             self.noise_variance = float(noise[1])
@@ -37,7 +44,7 @@ class FreeRunGap:
         return self._squared(hypothesis, self._fitter.observer.free(space, point, episodes)[0])
 
     def _squared(self, hypothesis: Hypothesis, states: np.ndarray) -> np.ndarray:
-        predicted = self._velocity(states[..., 0], None) if self._derived else states[..., 1]
+        predicted = self._velocity(states[..., 0], None) if self._derived else states[..., 0 if self._position else 1]
         unpredicted = 0.0 if "encoder_quantization" in hypothesis.values else self._rounding
         return (self._measured - predicted) ** 2 + unpredicted**2
 
@@ -65,8 +72,8 @@ class FreeRunGap:
         if velocity is not None:
             return velocity
         out = np.full(position.shape, np.nan)
-        for row, values, length in zip(out, position, self._track.lengths, strict=True):
-            row[:length] = savgol_filter(values[:length], 2 * REACH + 1, 2, deriv=1, delta=self._track.sample_time)
+        for k, (row, values, length) in enumerate(zip(out, position, self._track.lengths, strict=True)):
+            row[:length] = slopes(values[:length], self._track.time[k, :length], REACH)
         return out
 
     def _axes(self) -> list[tuple[str, tuple[str, ...], np.ndarray]]:
@@ -76,7 +83,7 @@ class FreeRunGap:
         speed = np.abs(track.observed[..., 1])
         rest = 0.01 * track.scales.peak_speed + 3 * np.sqrt(self.noise_variance)
         near = _near_reversal(track.observed[..., 1], rest, int(np.ceil(REVERSAL / track.sample_time)))
-        torque = np.abs(track.nominal.torque_constant * track.command)
+        torque = np.abs(track.torque)
         sign = np.where(speed < rest, -1, track.observed[..., 1] > 0)
         dot = "θ̇" if rotary else "ẋ"
         return [
@@ -88,9 +95,7 @@ class FreeRunGap:
             ("position", *_even_bins(track.position, "θ" if rotary else "x", length)),
             (
                 "time",
-                *_even_bins(
-                    np.where(track.segment >= 0, np.arange(torque.shape[1]) * track.sample_time, np.nan), "t", "s"
-                ),
+                *_even_bins(np.where(track.segment >= 0, track.time, np.nan), "t", "s"),
             ),
         ]
 

@@ -6,8 +6,6 @@ import numpy as np
 
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
-from vision_s2r.fit.joint.track import LEAK
-from vision_s2r.joint import simulate
 
 BLOCK = 32  # samples
 TRIMMED = 0.2  # of the blocks, those with the largest fast residual, are left out: impacts and starts are no noise
@@ -63,23 +61,13 @@ def inflation(fitter: JointFitter, hypothesis: Hypothesis, noise: np.ndarray) ->
     space = fitter.space(names_of(hypothesis))
     rows = space.machines(space.start(hypothesis)[None])
     rng = np.random.default_rng(0)
-    run = partial(
-        simulate,
-        rows,
-        track.command,
-        track.first,
-        track.sample_time,
-        lengths=track.lengths,
-        substeps=observer.substeps,
-        tables=space.tables,
-        threads=1,
-    )
+    run = partial(track.inputs.run, rows, track.first, observer.substeps, space.tables)
     truth = run()[0]
     total = np.zeros(observer.channels)
     for _ in range(REPLICAS):
         measured = truth.copy()
         for channel in range(observer.channels):
             measured[..., channel] += rng.normal(0, np.sqrt(noise[channel]), truth.shape[:2])
-        seen = run(observed=measured, leak=LEAK)[0]
+        seen = run(observed=measured, leak=track.leak)[0] if track.leak else truth
         total += np.nanmean((measured - seen)[..., : observer.channels] ** 2, axis=(0, 1))
     return np.maximum(total / REPLICAS / np.maximum(noise, 1e-300), 1.0)

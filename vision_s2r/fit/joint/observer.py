@@ -1,7 +1,7 @@
 """The residual that the search looks at: of an observer, which leaks a little of the measured state into itself.
 
 A free run drifts, and a restart at every sample shows noise; a leaky observer keeps one smooth landscape. Its residual
-is the error of predictions about thirty samples deep.
+is the error of predictions about thirty samples deep. A position servo needs none: its own law leads it back.
 """
 
 from collections.abc import Sequence
@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vision_s2r.fit.joint.space import Space
-from vision_s2r.fit.joint.track import LEAK, Track
-from vision_s2r.joint import simulate
+from vision_s2r.fit.joint.track import Track
 
 
 class Observer:
@@ -22,8 +21,8 @@ class Observer:
 
     def residuals(self, space: Space, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
         """Measured less predicted [C, E, T, channels] of points [C, D]; beyond an episode's end 0."""
-        out = np.empty((len(points), len(episodes), self.track.command.shape[1], self.channels))
-        for members, states, measured in self._runs(space, points, episodes, leak=LEAK):
+        out = np.empty((len(points), len(episodes), self.track.position.shape[1], self.channels))
+        for members, states, measured in self._runs(space, points, episodes, leak=self.track.leak):
             out[members] = (measured - states)[..., : self.channels]
         return np.nan_to_num(out, copy=False, nan=0.0, posinf=1e150, neginf=-1e150)
 
@@ -35,7 +34,7 @@ class Observer:
 
     def led(self, space: Space, point: np.ndarray) -> np.ndarray:
         """States [E, T, 2] that the observer predicts for all episodes."""
-        ((_, states, _),) = self._runs(space, point[None], range(len(self.track.lengths)), leak=LEAK)
+        ((_, states, _),) = self._runs(space, point[None], range(len(self.track.lengths)), leak=self.track.leak)
         return states[0]
 
     def free(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -52,18 +51,8 @@ class Observer:
                 first = np.where(first == track.observed[index, 0], measured[:, 0], first)
             else:
                 measured = track.observed[index]
-            states = simulate(
-                machines[members],
-                command,
-                first,
-                track.sample_time,
-                lengths=track.lengths[index],
-                observed=measured,
-                leak=leak,
-                substeps=self.substeps,
-                tables=space.tables,
-                threads=1,
-            )
+            led = {"observed": measured, "leak": leak} if leak else {}
+            states = track.inputs.run(machines[members], first, self.substeps, space.tables, index, command, **led)
             yield members, states, measured
 
     def _inputs(self, space: Space, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
@@ -71,13 +60,13 @@ class Observer:
         track = self.track
         changing = [discrepancy for discrepancy in space.discrepancies if discrepancy.command or discrepancy.measured]
         if not changing:
-            yield slice(None), track.command[index], None
+            yield slice(None), None, None
             return
         parts = np.concatenate([space.part(points, discrepancy) for discrepancy in changing], axis=1)
         unique, group = np.unique(parts, axis=0, return_inverse=True)
         for k in range(len(unique)):
             members = np.flatnonzero(group.ravel() == k)
-            command, measured = track.command[index], None
+            command, measured = track.inputs.command[index], None
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
                 if discrepancy.command:

@@ -9,7 +9,7 @@ import numpy as np
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint import effects as _effects  # noqa: F401  (fills JOINT_FITS)
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, Discrepancy
-from vision_s2r.fit.joint.effect import JOINT_FITS, UNFITTED, ParameterRange
+from vision_s2r.fit.joint.effect import JOINT_FITS, ParameterRange
 from vision_s2r.fit.joint.track import Track
 from vision_s2r.joint import COLUMNS, DYNAMICS, Tables, pack
 
@@ -71,7 +71,7 @@ class Space:
         """The point [D] at this hypothesis; a dynamics parameter that it has not is nominal. KeyError for others."""
         nominal = self.track.nominal
         values: dict[str, Mapping[str, float]] = {
-            n: {"value": float(getattr(nominal, n))} for n in DYNAMICS if n not in UNFITTED
+            n: {"value": float(getattr(nominal, n))} for n in DYNAMICS if getattr(nominal, n) is not None
         }
         values |= hypothesis.values
         point = []

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import savgol_filter
 
-from vision_s2r.joint import Nominal
+from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.joint import Nominal, Tables, simulate
 from vision_s2r.recording import JointRecording
 
-LEAK = 1 / 30  # of the observer, a sample
+LEAK = 1 / 30  # of the observer, a sample; a position servo holds its own state, and runs free
 LEAST_UNITS = 5  # fewer episodes than these are cut into stretches …
 STRETCHES = 8  # … this many in all
 LEAST_STRETCH = 60  # samples
@@ -43,13 +43,58 @@ class Scales:
 
 
 @dataclass(frozen=True)
+class Inputs:
+    """What goes into E episodes, at every sample that there was, of which the track may keep fewer."""
+
+    command: np.ndarray  # [E, N]
+    sample_time: float
+    lengths: np.ndarray  # [E]
+    times: np.ndarray | None  # [E, N]
+    scale: np.ndarray | None  # [E, N]
+    external: np.ndarray | None  # [E, N]
+    every: int = 1  # samples of a row of the track
+
+    def run(
+        self,
+        machines: np.ndarray,
+        first: np.ndarray,
+        substeps: int,
+        tables: Tables | None,
+        episodes: np.ndarray | slice = slice(None),
+        command: np.ndarray | None = None,
+        observed: np.ndarray | None = None,
+        leak: float = 0.0,
+    ) -> np.ndarray:
+        """States [C, E, T, 2] of machines in these episodes, under another command if one is given."""
+        states = simulate(
+            machines,
+            self.command[episodes] if command is None else command,
+            first,
+            self.sample_time,
+            times=None if self.times is None else self.times[episodes],
+            scale=None if self.scale is None else self.scale[episodes],
+            external=None if self.external is None else self.external[episodes],
+            lengths=self.lengths[episodes],
+            observed=observed,
+            leak=leak,
+            substeps=substeps,
+            tables=tables,
+            threads=1,
+        )
+        return states[:, :, :: self.every]
+
+
+@dataclass(frozen=True)
 class Track:
     """E episodes of T samples; see the recording for units. Rows beyond an episode's length are NaN, of command 0."""
 
     nominal: Nominal
+    inputs: Inputs
     sample_time: float
+    time: np.ndarray  # [E, T]
     units: str  # rotary | linear
     command: np.ndarray  # [E, T]
+    torque: np.ndarray  # [E, T] of the motor, as the nominal simulator has it
     position: np.ndarray  # [E, T]
     velocity: np.ndarray | None  # [E, T]; None where it says no more than position does
     observed: np.ndarray  # [E, T, 2]: what the observer is led by; velocity from positions where there is none
@@ -58,12 +103,20 @@ class Track:
     segment: np.ndarray  # [E, T] int64: stretch or episode that a sample belongs to, -1 beyond the end
     count: int  # of segments
 
+    @property
+    def servo(self) -> bool:
+        """Whether commands are the targets of a position servo."""
+        return self.nominal.proportional_gain is not None
+
+    @property
+    def leak(self) -> float:
+        """Of the observer, a sample."""
+        return 0.0 if self.servo else LEAK
+
     @cached_property
     def scales(self) -> Scales:
         """Of torque, speed and position."""
-        torque = self.nominal.torque_constant * np.concatenate(
-            [row[:length] for row, length in zip(self.command, self.lengths, strict=True)]
-        )
+        torque = np.concatenate([row[:length] for row, length in zip(self.torque, self.lengths, strict=True)])
         speed = self.observed[..., 1]
         return Scales(
             torque=float(np.sqrt(np.mean(torque**2))) or 1e-9,
@@ -79,18 +132,26 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
     """The track of a recording; its velocity is left out where it was derived from the encoder's positions."""
     step = _thinning(recording)
     length = -(-recording.lengths // step)
-    command = _mean_of_blocks(recording.command, recording.lengths, step)
+    command = recording.command[:, ::step]
+    if not recording.servo:
+        command = _mean_of_blocks(recording.command, recording.lengths, step)
     position = recording.position[:, ::step]
     velocity = None if recording.velocity is None or velocity_is_derived else recording.velocity[:, ::step]
     sample_time = recording.sample_time * step
-    smooth = _smoothed(position, length, sample_time)
+    time = recording.time[:, ::step]
+    smooth = _smoothed(position, length, time)
     observed = np.stack([position, smooth if velocity is None else velocity], axis=2)
     segment, count = _segments(length, position.shape)
+    nominal = Nominal(**recording.nominal)
+    scale = None if recording.supply is None else recording.supply[:, ::step]
     return Track(
-        nominal=Nominal(**recording.nominal),
+        nominal=nominal,
+        inputs=_inputs(recording, command, sample_time, length, step),
         sample_time=sample_time,
+        time=time,
         units=recording.units,
         command=command,
+        torque=_torque(nominal, command, scale, observed),
         position=position,
         velocity=velocity,
         observed=observed,
@@ -109,10 +170,10 @@ def led_by(track: Track, predicted: np.ndarray) -> Track:
     rest = track.position - predicted[..., 0]
     velocity = np.full(rest.shape, np.nan)
     half = min(SMOOTH[1], (int(track.lengths.min()) - 1) // 2)
-    for row, values, length in zip(velocity, rest, track.lengths, strict=True):
-        row[:length] = savgol_filter(values[:length], 2 * half + 1, 2, deriv=1, delta=track.sample_time)
+    for k, (row, values, length) in enumerate(zip(velocity, rest, track.lengths, strict=True)):
+        row[:length] = slopes(values[:length], track.time[k, :length], half)
     # The observer's position is pushed at every sample, which is no velocity of its own.
-    pushed = LEAK * rest / track.sample_time
+    pushed = track.leak * rest / track.sample_time
     observed = np.stack([track.position, predicted[..., 1] + velocity + pushed], axis=2)
     return replace(track, observed=observed)
 
@@ -124,7 +185,28 @@ def fast_noise(values: np.ndarray) -> float:
     return float(np.median(np.abs(third)) / 0.6745 / np.sqrt(20)) if len(third) else 0.0
 
 
+def _inputs(
+    recording: JointRecording, command: np.ndarray, sample_time: float, lengths: np.ndarray, step: int
+) -> Inputs:
+    """A servo's targets are held: all of them go in, whichever samples are kept; a torque's mean says as much."""
+    times, supply, external = recording.times, recording.supply, recording.external
+    if recording.servo:
+        whole = recording.command, recording.sample_time, recording.lengths
+        return Inputs(*whole, times, supply, external, every=step)
+    supply, external = (None if each is None else each[:, ::step] for each in (supply, external))
+    return Inputs(command, sample_time, lengths, times, supply, external)
+
+
+def _torque(nominal: Nominal, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:
+    if nominal.proportional_gain is not None:
+        asked = nominal.proportional_gain * (command - observed[..., 0]) - nominal.derivative_gain * observed[..., 1]
+        command = np.clip(np.nan_to_num(asked), -nominal.command_limit, nominal.command_limit)
+    return nominal.torque_constant * command * (1.0 if scale is None else scale)
+
+
 def _thinning(recording: JointRecording) -> int:
+    if recording.times is not None:
+        return 1
     wanted = int(recording.lengths.sum()) // MOST_SAMPLES + 1
     return max(1, min(wanted, int(LONGEST_STEP / recording.sample_time + 1e-6)))
 
@@ -141,16 +223,17 @@ def _mean_of_blocks(command: np.ndarray, lengths: np.ndarray, step: int) -> np.n
     return padded.reshape(episodes, -1, step).mean(axis=2)
 
 
-def _smoothed(position: np.ndarray, lengths: np.ndarray, sample_time: float) -> np.ndarray:
+def _smoothed(position: np.ndarray, lengths: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Velocity [E, T] by local parabolas through positions, over as many samples as their noise asks for."""
     noise = fast_noise(position)
+    sample_time = float(np.median(np.diff(time, axis=1)))
     rough = float(np.nanstd(np.gradient(position, sample_time, axis=1)))
     wanted = (1.5 * (noise / (0.02 * rough * sample_time)) ** 2) ** (1 / 3) if rough > 0 else SMOOTH[1]
     half = int(np.clip(np.ceil(wanted), *SMOOTH))
     half = min(half, (int(lengths.min()) - 1) // 2)
     out = np.full(position.shape, np.nan)
-    for row, values, length in zip(out, position, lengths, strict=True):
-        row[:length] = savgol_filter(values[:length], 2 * half + 1, 2, deriv=1, delta=sample_time)
+    for k, (row, values, length) in enumerate(zip(out, position, lengths, strict=True)):
+        row[:length] = slopes(values[:length], time[k, :length], half)
     return out
 
 

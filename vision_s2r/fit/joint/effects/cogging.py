@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter, ss2tf
 
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear, log
 from vision_s2r.fit.joint.track import LEAK, Track
@@ -52,12 +52,25 @@ def plausible(track: Track, row: Row) -> Setting:
 
 def _observer_response(torque: np.ndarray, track: Track, row: Row, channels: int) -> np.ndarray:
     """What a small torque [..., E, T] leaves in the last channel of the observer's residual: a linear filter."""
+    if track.servo:
+        return _servo_response(torque, track, row, channels)
     step, keep = track.sample_time, 1 - LEAK
     decay = keep * math.exp(-row["viscous_damping"] * step / row["inertia"])
     moves = np.abs(track.observed[..., 1]) > 0.02 * np.nanmax(np.abs(track.observed[..., 1]))
     kicks = torque * moves * (step / row["inertia"])
     velocity = lfilter([0.0, 1.0], [1.0, -decay], kicks, axis=-1)
     return velocity if channels == 2 else lfilter([0.0, step], [1.0, -keep], velocity, axis=-1)
+
+
+def _servo_response(torque: np.ndarray, track: Track, row: Row, channels: int) -> np.ndarray:
+    """The same of a position servo, which runs free: its own law is the filter. (Samples are taken as even.)"""
+    stiffness = row["torque_constant"] * row["proportional_gain"]
+    damping = row["viscous_damping"] + row["torque_constant"] * row["derivative_gain"]
+    rate = np.array([[0.0, 1.0], [-stiffness / row["inertia"], -damping / row["inertia"]]])
+    shown = np.eye(2)[[channels - 1]]
+    law = cont2discrete((rate, np.array([[0.0], [1 / row["inertia"]]]), shown, np.zeros((1, 1))), track.sample_time)
+    top, bottom = ss2tf(*law[:4])
+    return np.asarray(lfilter(top[0], bottom, np.nan_to_num(torque), axis=-1))
 
 
 JOINT_FITS.register(

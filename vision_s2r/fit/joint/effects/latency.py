@@ -5,6 +5,8 @@ import numpy as np
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
 from vision_s2r.fit.joint.track import Track
 
+LONG, BUS = 0.1, (0.005, 0.015, 0.03, 0.06)  # s
+
 
 def ranges(track: Track, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
@@ -13,7 +15,10 @@ def ranges(track: Track, noise: float) -> list[ParameterRange]:
 
 def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"delay": x * track.sample_time} for x in (0.3, 0.7, 1.3, 2.2, 3.5, 5.5, 8.0)]
+    samples = [x * track.sample_time for x in (0.3, 0.7, 1.3, 2.2, 3.5, 5.5, 8.0)]
+    if track.servo:  # whose rows are far apart, or close, compared with a delay on its bus
+        samples = [*(delay for delay in samples if delay < LONG), *BUS]
+    return [{"delay": delay} for delay in samples]
 
 
 def plausible(track: Track, row: Row) -> Setting:

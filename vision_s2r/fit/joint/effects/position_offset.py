@@ -1,0 +1,34 @@
+"""How an encoder's zero is fitted: it is seen through gravity."""
+
+import numpy as np
+
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
+from vision_s2r.fit.joint.track import Track
+
+
+def ranges(track: Track, noise: float) -> list[ParameterRange]:
+    """What the fit moves."""
+    return [linear("value", -np.pi, np.pi, 1.0, 1.0)]
+
+
+def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+    """Where it may start."""
+    return [{"value": track.nominal.position_offset + x} for x in (-1.2, -0.3, 0.3, 1.2)]
+
+
+def plausible(track: Track, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"value": row["position_offset"] + 0.1}
+
+
+JOINT_FITS.register(
+    "position_offset",
+    JointFit(
+        ranges=ranges,
+        starts=starts,
+        plausible=plausible,
+        not_excited="too little is seen of the load's weight",
+        excited_by="motion over the whole range of positions",
+        confusable=frozenset({"bias_torque"}),
+    ),
+)
