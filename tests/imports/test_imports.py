@@ -1,0 +1,127 @@
+"""Logs of other projects become recordings, and what is not in them is said."""
+
+import csv
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vision_s2r.errors import UserError
+from vision_s2r.imports import ImportOptions, import_recording
+from vision_s2r.recording import read
+
+REAL = Path(__file__).resolve().parents[2].parent / "shared" / "real"
+T = np.arange(200) * 0.02
+GOAL = 0.5 * np.sin(3 * T)
+POSITION = 0.5 * np.sin(3 * (T - 0.05))
+
+
+def a_motion(folder, lag=0.02):
+    """Two joints as SAGE's script writes them, the speed `lag` late."""
+    folder.mkdir(parents=True)
+    (folder / "joint_list.txt").write_text("Rotation\nJaw\n")
+    speed = 1.5 * np.cos(3 * (T - 0.05 - lag))
+    columns = {
+        "control": {"positions": GOAL},
+        "state_motor": {"positions": POSITION, "velocities": speed, "torques": abs(speed)},
+    }
+    for name, values in columns.items():
+        with (folder / f"{name}.csv").open("w", newline="") as file:
+            rows = csv.writer(file)
+            rows.writerow(["type", "timestamp", *values])
+            rows.writerows(
+                [name.upper(), 1e6 * t, *([float(each[k]), 0.5] for each in values.values())] for k, t in enumerate(T)
+            )
+    return folder
+
+
+def test_a_motion_becomes_a_recording_a_joint(tmp_path):
+    found = import_recording("sage", a_motion(tmp_path / "wave"), tmp_path / "out")
+    assert [each.folder.name for each in found] == ["Rotation", "Jaw"]
+    recording = read(tmp_path / "out" / "Rotation")
+    assert recording.servo and recording.nominal["proportional_gain"] == 17.8
+    np.testing.assert_allclose(recording.command[0], GOAL, atol=1e-8)
+    said = str(found[0])
+    assert "200 rows" in said and "50 Hz" in said and "no torque" in said and "velocity, it lags the positions" in said
+    assert (found[0].folder / "import.png").read_bytes().startswith(b"\x89PNG")
+    only = import_recording(
+        "sage", tmp_path / "wave", tmp_path / "one", ImportOptions(joint="Jaw", nominal={"inertia": 0.01})
+    )
+    assert read(only[0].folder).nominal["inertia"] == 0.01 and only[0].folder == tmp_path / "one"
+
+
+def test_a_pendulum_log_has_its_weight_and_its_supply(tmp_path):
+    entries = [
+        {
+            "position": float(q),
+            "speed": 0.0,
+            "load": 0,
+            "input_volts": 11.4,
+            "temp": 20,
+            "timestamp": 0.01 + float(t),
+            "goal_position": float(g),
+            "torque_enable": bool(t < 3),
+        }
+        for t, q, g in zip(T, POSITION, GOAL, strict=True)
+    ]
+    log = {
+        "mass": 1.0,
+        "length": 0.1,
+        "kp": 16,
+        "vin": 12.0,
+        "motor": "sts3250",
+        "trajectory": "sin",
+        "entries": entries,
+    }
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.json").write_text(json.dumps(log))
+    recording = read(import_recording("bam", tmp_path, tmp_path / "out")[0].folder)
+    assert len(recording) == 2 and recording.nominal["gravity_torque"] == pytest.approx(0.980665)
+    assert recording.nominal["proportional_gain"] == 26.0
+    np.testing.assert_allclose(recording.supply[0], np.where(T < 3, 0.95, 0.0))
+
+
+def test_any_table_is_read_by_the_names_of_its_columns(tmp_path):
+    table = np.stack([T, np.rad2deg(POSITION), GOAL, T], axis=1)
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header="time,angle,goal,spare", comments="")
+    options = ImportOptions(
+        columns={"t": "time", "position": "angle", "target": "goal"}, scale={"position": np.pi / 180}, drive="sts3215"
+    )
+    (found,) = import_recording("csv", tmp_path / "log.csv", tmp_path / "out", options)
+    np.testing.assert_allclose(read(found.folder).position[0], POSITION, atol=1e-7)
+    assert found.summary["left_out"] == {"spare": "not asked for"}
+    options.drive = ""
+    with pytest.raises(UserError, match=r"nominal.inertia.*control.proportional is not known"):
+        import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
+    options.columns["position"] = "angel"
+    with pytest.raises(UserError, match="no column 'angel', did you mean 'angle'"):
+        import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
+
+
+def test_what_cannot_be_imported_is_one_line(tmp_path):
+    with pytest.raises(UserError, match="no source is called 'sgae': did you mean 'sage'"):
+        import_recording("sgae", tmp_path, tmp_path / "out")
+    with pytest.raises(UserError, match=r"no control\.csv in it"):
+        import_recording("sage", tmp_path, tmp_path / "out")
+    with pytest.raises(UserError, match="no such file or folder"):
+        import_recording("bam", tmp_path / "absent", tmp_path / "out")
+    with pytest.raises(UserError, match="expected a LeRobot data set"):
+        import_recording("lerobot", tmp_path, tmp_path / "out")
+    folder = a_motion(tmp_path / "wave")
+    with pytest.raises(UserError, match="no joint is called 'Jwa', did you mean 'Jaw'"):
+        import_recording("sage", folder, tmp_path / "out", ImportOptions(joint="Jwa"))
+    shutil.copy(folder / "joint_list.txt", folder / "control.csv")
+    with pytest.raises(UserError, match="expected timestamp and positions"):
+        import_recording("sage", folder, tmp_path / "out")
+
+
+@pytest.mark.skipif(not REAL.is_dir(), reason=f"{REAL} is not here")
+def test_real_logs_come_in(tmp_path):
+    roll = import_recording(
+        "sage", REAL / "so101/sage/multisine", tmp_path / "so101", ImportOptions(joint="Wrist_Roll")
+    )
+    assert "velocity" in roll[0].summary["left_out"] and roll[0].summary["rows"] == 6000
+    swing = import_recording("bam", REAL / "sts3250", tmp_path / "sts3250")
+    assert swing[0].summary["episodes"] == 4 and "lags" in swing[0].summary["left_out"]["velocity"]

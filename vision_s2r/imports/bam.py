@@ -1,0 +1,66 @@
+"""BAM's pendulum logs (github.com/Rhoban/bam): JSON files of one servo that swings a mass."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.errors import UserError
+from vision_s2r.imports.drives import DRIVES
+from vision_s2r.imports.table import ImportOptions, Table
+
+GRAVITY = 9.80665  # m/s²
+FIRMWARE_GAIN = 32.0  # of the logs that DRIVES has its gain for
+
+
+def load(path: Path, options: ImportOptions) -> list[Table]:
+    """All logs of a folder as episodes of one recording, or one file's. Raises UserError where there is none."""
+    files = sorted(path.glob("*.json")) if path.is_dir() else [path]
+    if not files:
+        raise UserError(f"{path}: no .json in it, expected BAM's logs")
+    logs = [_log(file) for file in files]
+    bench = {key: logs[0][key] for key in ("mass", "length", "kp", "motor")}
+    for file, log in zip(files, logs, strict=True):
+        if any(log[key] != bench[key] for key in bench):
+            raise UserError(f"{file}: another motor, gain, mass or length than {files[0].name}, expected one bench")
+    parts = [_columns(log, k) for k, log in enumerate(logs)]
+    columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    drive = bench["motor"] if bench["motor"] in DRIVES else ""
+    swung = bench["mass"] * bench["length"] ** 2
+    nominal = {"gravity_torque": bench["mass"] * GRAVITY * bench["length"]}
+    control = {}
+    if drive:
+        nominal["inertia"] = DRIVES[drive].nominal["inertia"] + swung
+        control["proportional"] = DRIVES[drive].control["proportional"] * bench["kp"] / FIRMWARE_GAIN
+    left_out = {"load": "a register of the pulse width, no torque", "temp": "not modelled"}
+    return [Table(path.stem, columns, drive, nominal, control, left_out)]
+
+
+def _log(file: Path) -> dict[str, Any]:
+    try:
+        log = json.loads(file.read_text())
+        return {**log, **{key: float(log[key]) for key in ("mass", "length", "kp", "vin")}, "motor": str(log["motor"])}
+    except OSError as error:
+        raise UserError(f"{file}: cannot be read ({error.strerror})") from error
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{file}: {error} is wrong or missing, expected a log as BAM writes it") from error
+
+
+def _columns(log: dict[str, Any], episode: int) -> dict[str, np.ndarray]:
+    entries = log["entries"]
+    stamps = np.array([entry["timestamp"] for entry in entries])
+    later = np.r_[True, np.diff(stamps) > 0]
+
+    def each(name: str) -> np.ndarray:
+        return np.array([float(entry[name]) for entry in entries])[later]
+
+    return {
+        "episode": np.full(int(later.sum()), float(episode)),
+        "t": stamps[later] - stamps[0],
+        "target": each("goal_position"),
+        "position": each("position"),
+        "velocity": each("speed"),
+        "enabled": each("torque_enable"),
+        "supply": each("input_volts") / log["vin"],
+    }
