@@ -1,22 +1,22 @@
 """Reports for tests, as the contract has them."""
 
-from vision_s2r.report.reading import LIBRARIES
+from vision_s2r.report.reading import library
 
 
 def a_report(kind, **effects):
     """A report that names these effects, each parameter with an interval of ±1 %."""
-    library = LIBRARIES[kind]
+    effects_of = library(kind)
     named = [
         {
             "name": name,
-            "source": library[name].source,
+            "source": effects_of[name].source,
             "share": 0.9 / len(effects),
             "ci": [0.8 / len(effects), 1.0 / len(effects)],
             "evidence": 120.0,
             "parameters": {
                 key: {
                     "value": value,
-                    "unit": library[name].parameter(key).unit,
+                    "unit": effects_of[name].parameter(key).unit,
                     "ci": sorted([0.99 * value, 1.01 * value]),
                 }
                 for key, value in given.items()
@@ -47,7 +47,7 @@ def a_report(kind, **effects):
                 "evidence": 120.0 if effect.name in effects else -1.2,
                 "confusable_with": [],
             }
-            for effect in library
+            for effect in effects_of
         ],
         "alternatives": [],
         "unexplained": {"share": 0.01, "ci": [0.0, 0.02], "where": []},

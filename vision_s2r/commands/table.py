@@ -2,8 +2,9 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from typing import Any
+
+from vision_s2r.lazy import load
 
 VISUAL, DIAGNOSIS, DYNAMICS, SPEED = (
     "Bridge the visual gap",
@@ -33,12 +34,7 @@ class Command:
 
     def load(self) -> tuple[Callable[..., Any], type[Any] | None]:
         """The task and the schema, imported."""
-        return _load(self.task), _load(self.schema) if self.schema else None
-
-
-def _load(place: str) -> Any:
-    module, name = place.split(":")
-    return getattr(import_module(module), name)
+        return load(self.task), load(self.schema) if self.schema else None
 
 
 _CONTROL: dict[str, Any] = {

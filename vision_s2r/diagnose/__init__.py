@@ -4,3 +4,7 @@
 A kind of recording is a `Case`: it predicts the recording under effects and scores the prediction; the search, the
 statistics and the report are written once for all kinds.
 """
+
+from vision_s2r.lazy import callable_package
+
+callable_package(__name__, "vision_s2r.diagnose.diagnose:diagnose")

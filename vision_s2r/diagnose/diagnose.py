@@ -11,23 +11,20 @@ from typing import Any
 
 import joblib
 
-from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Found, Search
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.fit.camera import CameraCase
 from vision_s2r.fit.case import Case
-from vision_s2r.fit.joint.case import JointCase
-from vision_s2r.fit.unpaired import UnpairedCase
-from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.lazy import load
 from vision_s2r.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.report import figures, write_html
+from vision_s2r.report.reading import library
 
 log = logging.getLogger(__name__)
 
@@ -42,11 +39,12 @@ class Diagnosis:
     report: dict[str, Any]
 
 
-def diagnose(recording: Recording, cfg: DiagnoseConfig, jobs: int = 1) -> Diagnosis:
+def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> Diagnosis:
     """Diagnose one recording with `jobs` threads.
 
     Raises UserError where the recording is too short to hold anything out, or cfg withholds an unknown effect.
     """
+    cfg = cfg or DiagnoseConfig()
     case = open_case(recording, cfg.withhold)
     limits = cfg.joint if case.kind == "joint" else cfg.camera
     assessor = Assessor(case, limits, jobs, cfg.seed)
@@ -55,14 +53,15 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig, jobs: int = 1) -> Diagno
 
 
 def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
-    """A recording beside its simulator, which does not know the withheld effects."""
+    """A recording beside its simulator, which does not know the withheld effects; no other kind is imported."""
     if isinstance(recording, JointRecording):
-        return JointCase(recording, _library(JOINT_EFFECTS, withhold))
-    if isinstance(recording, ContactRecording):
+        place = "joint.case:JointCase"
+    elif isinstance(recording, ContactRecording):
         raise UserError("recordings of kind contact are read, but not yet diagnosed by this version")
-    if recording.pairing == "unpaired":
-        return UnpairedCase(recording, _library(CAMERA_EFFECTS, withhold))
-    return CameraCase(recording, _library(CAMERA_EFFECTS, withhold))
+    else:
+        place = "unpaired:UnpairedCase" if recording.pairing == "unpaired" else "camera:CameraCase"
+    case: Case = load(f"vision_s2r.fit.{place}")(recording, _library(library(recording.kind), withhold))
+    return case
 
 
 def _library(effects: Iterable[E], withhold: Collection[str]) -> dict[str, E]:

@@ -13,7 +13,6 @@ from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
-from vision_s2r.fit.camera import pictures
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.progress import tracked
@@ -109,6 +108,8 @@ def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict
 
 
 def _replay_camera(recording: CameraRecording, effects: Values, out: Path, seed: int) -> dict[str, Any]:
+    from vision_s2r.fit.camera import pictures  # imports torch
+
     for folder in ("before", "after"):
         (out / folder).mkdir(parents=True, exist_ok=True)
     frames: list[dict[str, Any]] = []

@@ -8,5 +8,8 @@ the recording, any effect) and `inverse` (least squares on the torque balance).
 from vision_s2r.identify.config import IdentifyConfig
 from vision_s2r.identify.identify import Identified, identify
 from vision_s2r.identify.run import identify_all
+from vision_s2r.lazy import callable_package
 
 __all__ = ["Identified", "IdentifyConfig", "identify", "identify_all"]
+
+callable_package(__name__, "vision_s2r.identify.identify:identify")

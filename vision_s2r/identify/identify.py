@@ -59,11 +59,12 @@ class Identified:
         return Posterior(JOINT_EFFECTS, self.values, covariance)
 
 
-def identify(recording: JointRecording, cfg: IdentifyConfig) -> Identified:
+def identify(recording: JointRecording, cfg: IdentifyConfig | None = None) -> Identified:
     """Identify the nominal parameters of a joint, and the effects that `cfg` names, from one recording.
 
     Raises UserError for effects that are not known, or not by this method, and where nothing can be identified.
     """
+    cfg = cfg or IdentifyConfig()
     asked = frozenset(cfg.effects) | _reported(cfg.report)
     held = cfg.hold.known()
     if not recording.servo and (wrong := sorted(asked & set(SERVO))):

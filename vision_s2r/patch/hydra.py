@@ -1,10 +1,9 @@
 """Configurations of this project's own simulators."""
 
-from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, unit
 from vision_s2r.recording import CameraRecording, JointRecording
-from vision_s2r.report.reading import Diagnosed, ReportedParameter
+from vision_s2r.report.reading import Diagnosed, ReportedParameter, library
 
 RANDOMIZED = "each drawn from its 95 % interval"
 
@@ -47,9 +46,10 @@ def camera(named: Diagnosed, recording: CameraRecording, randomize: bool) -> str
         "# By effect: the probability with which it is on, and a number or [low, high] for each parameter",
         "effects:" if named else "effects: {}",
     ]
+    effects = library("camera")
     for name, given in named.items():
-        lines += [f"  # {_summary(CAMERA_EFFECTS[name])}", f"  {name}:", "    # How often", "    probability: 1.0"]
-        for parameter in CAMERA_EFFECTS[name].parameters:
+        lines += [f"  # {_summary(effects[name])}", f"  {name}:", "    # How often", "    probability: 1.0"]
+        for parameter in effects[name].parameters:
             lines += _entry(parameter.name, given[parameter.name], parameter.unit, randomize, "", "    ")
     return "\n".join(lines) + "\n"
 

@@ -3,7 +3,6 @@
 import cv2
 import numpy as np
 
-from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.recording import CameraRecording
 from vision_s2r.report.reading import Diagnosed
 
@@ -22,6 +21,8 @@ def calibration(named: Diagnosed, recording: CameraRecording) -> str:
     storage.write("image_height", height)
     intrinsics = recording.intrinsics
     if intrinsics is None:
+        from vision_s2r.camera.camera import default_intrinsics  # imports torch
+
         storage.writeComment("the recording has no camera: a focal length of 1.1 widths was assumed", False)
         intrinsics = default_intrinsics(height, width)
     fx, fy, cx, cy = intrinsics

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 
-from vision_s2r.fit.camera.pictures import show
 from vision_s2r.fit.case import Axis, Samples, Values
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.recording import CameraRecording, JointRecording, Recording
@@ -81,6 +80,8 @@ def _joint(recording: JointRecording, effects: Values) -> dict[str, bytes]:
 
 def _camera(recording: CameraRecording, effects: Values) -> dict[str, bytes]:
     """Pictures of the frames that are furthest off, and their residuals where pictures are paired."""
+    from vision_s2r.fit.camera.pictures import show  # imports torch
+
     count = min(FRAMES, len(recording.sim), len(recording.real))
     if recording.pairing == "unpaired":
         shown = [show(recording, k, effects) for k in range(count)]

@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, Registry
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.lazy import load
 
 FORMAT = "vision-s2r/report/1"
-LIBRARIES: dict[str, Registry[Any]] = {"joint": JOINT_EFFECTS, "camera": CAMERA_EFFECTS}
+LIBRARIES = {"joint": "vision_s2r.joint:JOINT_EFFECTS", "camera": "vision_s2r.camera:CAMERA_EFFECTS"}
 
 
 @dataclass(frozen=True)
@@ -26,6 +25,14 @@ class ReportedParameter:
 
 
 Diagnosed = dict[str, dict[str, ReportedParameter]]  # by effect, its parameters by name
+
+
+def library(kind: str) -> Registry[Any]:
+    """The effects of a kind of recording, imported only now: a camera's need torch. Raises UserError for another."""
+    if kind not in LIBRARIES:
+        raise UserError(f"kind is {kind!r}: {nearest(kind, LIBRARIES)}")
+    effects: Registry[Any] = load(LIBRARIES[kind])
+    return effects
 
 
 def read_report(path: Path | str) -> dict[str, Any]:
@@ -48,12 +55,10 @@ def read_report(path: Path | str) -> dict[str, Any]:
 
 def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
     """The effects that a report names. Raises UserError for names, values or a kind that cannot be."""
-    kind = report.get("kind")
-    if kind not in LIBRARIES:
-        raise UserError(f"kind is {kind!r}: {nearest(str(kind), LIBRARIES)}")
+    effects = library(str(report.get("kind")))
     named: Diagnosed = {}
     for each in _list(report, "effects"):
-        effect = LIBRARIES[kind][str(each.get("name"))]
+        effect = effects[str(each.get("name"))]
         given = each.get("parameters")
         if not isinstance(given, Mapping) or not all(isinstance(one, Mapping) for one in given.values()):
             raise UserError(f"{effect.name}: parameters are missing, expected value, unit and ci of each")
