@@ -7,6 +7,8 @@ SHELL := /bin/bash
 .DEFAULT_GOAL := help
 .PHONY: help setup demo dynamics test test-all check lint dist docs docs-serve bench clean
 
+.PHONY: help setup demo dynamics test test-all check docs docs-serve emps bench clean
+
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
 
@@ -53,6 +55,9 @@ dist: setup ## wheel and sdist, checked: dist/
 	rm -rf dist
 	$(BIN)/python -m build --no-isolation --outdir dist .
 	$(BIN)/twine check --strict dist/*
+
+emps: setup ## fetch the measurements of a real axis that some tests want; needs a network
+	$(BIN)/python tests/data/fetch_emps.py
 
 bench: setup ## rendering speed against its limit and the usual loop
 	$(BIN)/vision-s2r benchmark render

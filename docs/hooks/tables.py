@@ -11,7 +11,6 @@ its numbers come from. In README.md, which nothing builds, the table stands belo
 import json
 import re
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +38,9 @@ def provenance(name: str) -> str:
 
 def with_tables(page: str) -> str:
     """A page with its tables in the place of what asks for them."""
-    return ASKED.sub(lambda found: f"{table(found[1])}\n\n{provenance(found[1])}", page)
+    return ASKED.sub(
+        lambda found: f'<div class="results" markdown>\n\n{table(found[1])}\n\n{provenance(found[1])}\n\n</div>', page
+    )
 
 
 def refilled(page: str) -> str:
@@ -52,16 +53,16 @@ def _cell(cell: Any) -> str:
         return _number(cell)
     unit = f" {cell['unit']}" if "unit" in cell else ""
     count = f"; {cell['of']}" if "of" in cell else ""
-    value, interval = _number(cell["value"]), _interval(cell["low"], cell["high"], _number)
+    value, interval = _number(cell["value"]), _interval(cell["low"], cell["high"])
     return f"{value}{unit} ({interval}{unit}{count})"
 
 
-def _number(number: Any) -> str:
-    return str(number) if isinstance(number, str) else str(number).replace("-", "−")
+def _number(number: Any, form: str = "") -> str:
+    return number if isinstance(number, str) else format(number, form).replace("-", "−")
 
 
-def _interval(low: float, high: float, form: Callable[[float], str]) -> str:
-    return f"{form(low)}{' to ' if low < 0 else '–'}{form(high)}"
+def _interval(low: float, high: float, form: str = "") -> str:
+    return f"{_number(low, form)}{' to ' if low < 0 else '–'}{_number(high, form)}"
 
 
 def _transfer(data: dict[str, Any]) -> tuple[list[str], list[list[str]]]:
@@ -87,8 +88,8 @@ def _title(name: str) -> str:
 
 
 def _percent(estimate: dict[str, Any], key: str) -> str:
-    interval = _interval(estimate["low"], estimate["high"], lambda share: _number(f"{100 * share:.0f}"))
-    return f"{_number(f'{100 * estimate[key]:.1f}')} ({interval})"
+    interval = _interval(100 * estimate["low"], 100 * estimate["high"], ".0f")
+    return f"{_number(100 * estimate[key], '.1f')} ({interval})"
 
 
 if __name__ == "__main__":

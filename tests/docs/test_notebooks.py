@@ -1,0 +1,15 @@
+"""The notebooks run as they stand."""
+
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "docs" / "notebooks").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in NOTEBOOKS])
+def test_a_notebook_runs(path, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "agg")
+    NotebookClient(nbformat.read(path, as_version=4), timeout=240, resources={"metadata": {"path": path.parent}}).execute()
