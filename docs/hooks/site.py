@@ -3,6 +3,7 @@
 import pkgutil
 from pathlib import Path
 
+import command_line
 import configuration
 import tables
 from mkdocs.config.defaults import MkDocsConfig
@@ -16,6 +17,7 @@ def on_config(config: MkDocsConfig) -> MkDocsConfig:
     """Append the generated pages to the navigation's last part."""
     (reference,) = config.nav[-1].values()
     reference += [
+        {"Commands": "reference/commands.md"},
         {"Configuration": [{name: f"reference/configuration/{name}.md"} for name in configuration.pages()]},
         {"API": [{name: f"reference/api/{name}.md"} for name in _rooms()]},
     ]
@@ -27,6 +29,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name in _rooms():
         text = f"# {name}\n\n::: {name}\n"
         files.append(File.generated(config, f"reference/api/{name}.md", content=text))
+    files.append(File.generated(config, "reference/commands.md", content=command_line.page()))
     for name, text in configuration.pages().items():
         files.append(File.generated(config, f"reference/configuration/{name}.md", content=text))
     for picture in sorted((ROOT / "renders").glob("*.png")):

@@ -12,4 +12,6 @@ NOTEBOOKS = sorted((Path(__file__).resolve().parents[2] / "docs" / "notebooks").
 @pytest.mark.parametrize("path", [pytest.param(path, id=path.stem) for path in NOTEBOOKS])
 def test_a_notebook_runs(path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")
-    NotebookClient(nbformat.read(path, as_version=4), timeout=240, resources={"metadata": {"path": path.parent}}).execute()
+    NotebookClient(
+        nbformat.read(path, as_version=4), timeout=240, resources={"metadata": {"path": path.parent}}
+    ).execute()

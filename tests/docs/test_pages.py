@@ -12,6 +12,7 @@ import world
 import yaml
 
 from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.contact import CONTACT_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -95,7 +96,7 @@ def test_every_effect_is_in_the_vocabulary():
     page = (ROOT / "docs" / "formats" / "effects.md").read_text(encoding="utf-8")
     listed = {name for line in page.splitlines() if line.startswith("| ") for name in line.split("|")[2].split(", ")}
     listed = {name.strip() for name in listed}
-    there = {effect.name for registry in (CAMERA_EFFECTS, JOINT_EFFECTS) for effect in registry}
+    there = {effect.name for registry in (CAMERA_EFFECTS, CONTACT_EFFECTS, JOINT_EFFECTS) for effect in registry}
     assert there <= listed, sorted(there - listed)
 
 
