@@ -6,6 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from tests.recordings import a_joint
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.fit.camera.coordinates import starts
+from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
+from vision_s2r.fit.camera.prediction import BEHIND
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.space import Space
 from vision_s2r.fit.joint.track import make_track
@@ -14,6 +18,10 @@ from vision_s2r.joint import JOINT_EFFECTS, pack
 
 def test_joint_effects_can_be_fitted() -> None:
     assert list(_missing_of_joint()) == []
+
+
+def test_camera_effects_can_be_fitted() -> None:
+    assert list(_missing_of_camera()) == []
 
 
 def _missing_of_joint() -> Iterator[str]:
@@ -48,3 +56,46 @@ def _missing_of_joint() -> Iterator[str]:
                 yield f"{name}: no motion that would show it (excited_by)"
         for other in sorted(fit.confusable - names):
             yield f"{name}: confusable with {other}, which is no effect"
+
+
+def _missing_of_camera() -> Iterator[str]:
+    names = {effect.name for effect in CAMERA_EFFECTS}
+    for name in sorted(set(CAMERA_FITS) - names):
+        yield f"{name} is fitted, but no effect"
+    for effect in CAMERA_EFFECTS:
+        name, parameters = effect.name, [parameter.name for parameter in effect.parameters]
+        if name not in CAMERA_FITS:
+            yield f"{name} has no CameraFit: register one in fit/camera/effects/{name}.py"
+            continue
+        fit = CAMERA_FITS[name]
+        if (fit.stage in ("tone", "noise", "encoder")) != (name in BEHIND):
+            yield f"{name}: stage {fit.stage}, which fit/camera/noise.py does not know"
+        if not all(list(setting) == parameters for setting in starts(name, 128)):
+            yield f"{name}: starts that do not set {parameters}"
+        if fit.coarse is not None and fit.chart is None:
+            yield f"{name}: begins a coarse fit, but has no chart"
+        for need in fit.needs:
+            if need not in NEEDS:
+                yield f"{name}: needs {need}, which is none of {', '.join(NEEDS)}"
+        for other in sorted(fit.confusable - names):
+            yield f"{name}: confusable with {other}, which is no effect"
+        yield from (f"{name}: {what}" for what in _wrong_in(fit.chart, parameters, effect.moderate()))
+        if isinstance(fit.unpaired, UnpairedFit):
+            yield from (
+                f"{name}, unpaired: {what}" for what in _wrong_in(fit.unpaired.chart, parameters, effect.moderate())
+            )
+            if fit.unpaired.negligible(effect.moderate(), 128):
+                yield f"{name}, unpaired: negligible at its moderate setting"
+        elif not fit.unpaired:
+            yield f"{name}: no word of why unpaired pictures cannot show it"
+
+
+def _wrong_in(chart: Chart | None, parameters: list[str], values: dict[str, float]) -> Iterator[str]:
+    if chart is None:
+        return
+    point = chart.inward(values)
+    sizes = {len(point), len(chart.steps(Optics(128, 128, 140.0))), len(chart.limits)}
+    if sizes != {len(parameters)}:
+        yield f"coordinates, steps and limits of {sorted(sizes)} numbers for {len(parameters)} parameters"
+    if set(chart.outward(point)) != set(parameters):
+        yield f"a chart that does not give {parameters}"

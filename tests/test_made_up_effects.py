@@ -29,6 +29,10 @@ def test_a_made_up_joint_effect(tmp_path: Path) -> None:
     with_installed(tmp_path, "joint", "air_drag", "try_air_drag")
 
 
+def test_a_made_up_camera_effect(tmp_path: Path) -> None:
+    with_installed(tmp_path, "camera", "amp_glow", "try_amp_glow")
+
+
 def try_air_drag() -> None:
     from tests.identify.machines import a_log
     from vision_s2r.diagnose.config import DiagnoseConfig
@@ -53,3 +57,25 @@ def try_air_drag() -> None:
     (named,) = report["effects"]
     assert report["verdict"] == "explained" and named["name"] == "air_drag"
     assert named["parameters"]["coefficient"]["value"] == pytest.approx(drag, rel=0.02)
+
+
+def try_amp_glow() -> None:
+    import torch
+
+    from tests.fit.camera.test_camera_case import recorded, scenes
+    from vision_s2r.camera import CAMERA_EFFECTS, Camera
+    from vision_s2r.diagnose.config import DiagnoseConfig
+    from vision_s2r.diagnose.diagnose import diagnose
+    from vision_s2r.randomize import effect_ranges
+
+    pictures = scenes()
+    glowing = Camera(effect_ranges({"amp_glow": {"probability": 1.0, "strength": [0.1, 0.5]}}, CAMERA_EFFECTS))
+    drawn = glowing.sample(len(pictures), torch.Generator().manual_seed(0), 64, 64)
+    strength = drawn.values["amp_glow"]["strength"]
+    assert 0.1 <= strength.min() < strength.max() <= 0.5
+    assert (glowing(pictures, drawn) - pictures)[:, :, :8, :8].mean() > 0.05
+
+    report = diagnose(recorded(amp_glow={"strength": 0.3}), DiagnoseConfig()).report
+    (named,) = report["effects"]
+    assert report["verdict"] == "explained" and named["name"] == "amp_glow"
+    assert named["parameters"]["strength"]["value"] == pytest.approx(0.3, rel=0.03)

@@ -48,19 +48,21 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     case = open_case(recording, cfg.withhold)
     limits = cfg.joint if case.kind == "joint" else cfg.camera
     assessor = Assessor(case, limits, jobs, cfg.seed)
-    found = Search(case, assessor).run()
-    return Diagnosis(recording, case, found, report(case, assessor, found))
+    with case.session():
+        found = Search(case, assessor).run()
+        return Diagnosis(recording, case, found, report(case, assessor, found))
 
 
 def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
     """A recording beside its simulator, which does not know the withheld effects; no other kind is imported."""
     if isinstance(recording, JointRecording):
-        place = "joint.case:JointCase"
+        opened = load("vision_s2r.fit.joint.case:JointCase")
     elif isinstance(recording, ContactRecording):
         raise UserError("recordings of kind contact are read, but not yet diagnosed by this version")
     else:
-        place = "unpaired:UnpairedCase" if recording.pairing == "unpaired" else "camera:CameraCase"
-    case: Case = load(f"vision_s2r.fit.{place}")(recording, _library(library(recording.kind), withhold))
+        place = "unpaired.case:UnpairedCase" if recording.pairing == "unpaired" else "camera.case:CameraCase"
+        opened = load(f"vision_s2r.fit.{place}").open
+    case: Case = opened(recording, _library(library(recording.kind), withhold))
     return case
 
 
@@ -107,6 +109,7 @@ def _diagnose_into(folder: Path, out: Path, cfg: DiagnoseConfig, jobs: int) -> P
 def _figures(diagnosis: Diagnosis) -> dict[str, bytes]:
     """The figures of a report: what it looks like, and where the gap lies before and after."""
     case, found = diagnosis.case, diagnosis.found
-    before, after = (case.samples(each.hypothesis) for each in (found.nominal, found.final))
+    with case.session():
+        before, after = (case.samples(each.hypothesis) for each in (found.nominal, found.final))
     named = {name: found.final.hypothesis.values[name] for name in found.effects}
     return figures(diagnosis.recording, named, before, after, case.unit)

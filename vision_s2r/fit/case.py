@@ -1,6 +1,7 @@
 """What the diagnosis needs to know of a recording beside its simulator, whatever its kind."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -82,6 +83,10 @@ class Case(Protocol):
     @property
     def not_excited(self) -> Mapping[str, str]:
         """Effects that this recording could not have shown, and why, in a few words."""
+
+    def session(self) -> AbstractContextManager[None]:
+        """To be held while the methods below are called."""
+        ...
 
     def unit_of(self, parameter: Parameter) -> str:
         """The parameter's unit in this recording."""

@@ -5,9 +5,10 @@ import pytest
 import torch
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
-from vision_s2r.fit.camera import CameraCase
-from vision_s2r.fit.camera.coordinates import CHARTS, pack, unpack
+from vision_s2r.fit.camera.case import CameraCase
+from vision_s2r.fit.camera.coordinates import pack, unpack
 from vision_s2r.fit.camera.discrepancy import find_ghost, shifted
+from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.recording.data import CameraRecording
@@ -47,7 +48,7 @@ def recorded(grey: bool = False, seed: int = 0, **effects: dict[str, float]) -> 
 
 
 def opened(recording: CameraRecording, *withheld: str) -> CameraCase:
-    return CameraCase(recording, {effect.name: effect for effect in CAMERA_EFFECTS if effect.name not in withheld})
+    return CameraCase.open(recording, {effect.name: effect for effect in CAMERA_EFFECTS if effect.name not in withheld})
 
 
 EVERY = range(FRAMES)
@@ -135,10 +136,23 @@ def test_ghosts_are_found_where_they_are() -> None:
 
 
 def test_coordinates_of_every_effect_come_back() -> None:
-    for name in CHARTS:
+    for name in [name for name, fit in CAMERA_FITS.items() if fit.chart]:
         values = {name: CAMERA_EFFECTS[name].moderate()}
         back = unpack(pack(values, [name]), [name])
         assert back[name] == pytest.approx(values[name])
+
+
+def test_torch_keeps_its_threads() -> None:
+    before = torch.get_num_threads()
+    torch.set_num_threads(before + 1)
+    try:
+        case = opened(recorded(exposure={"stops": 0.5}))
+        with case.session():
+            assert torch.get_num_threads() == 1
+            case.fit(frozenset({"exposure"}), EVERY, None)
+        assert torch.get_num_threads() == before + 1
+    finally:
+        torch.set_num_threads(before)
 
 
 def test_the_mean_and_spread_of_noise_are_those_of_its_draws() -> None:

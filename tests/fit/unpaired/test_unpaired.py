@@ -15,20 +15,21 @@ from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
 from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL
-from vision_s2r.fit.unpaired import UnpairedCase
+from vision_s2r.fit.unpaired.case import UnpairedCase
 from vision_s2r.recording import CameraRecording
 
 LIMITS = SearchConfig(folds=2, beam=1, breadth=4, contenders=2)  # as configs/diagnose.yaml has a camera's
 
 
 def case_of(pictures: CameraRecording, without: Sequence[str] = ()) -> UnpairedCase:
-    return UnpairedCase(pictures, {e.name: e for e in CAMERA_EFFECTS if e.name not in without})
+    return UnpairedCase.open(pictures, {e.name: e for e in CAMERA_EFFECTS if e.name not in without})
 
 
 def diagnosed(pictures: CameraRecording, without: Sequence[str] = ()) -> dict[str, Any]:
     case = case_of(pictures, without)
     assessor = Assessor(case, LIMITS, 1, 0)
-    return report(case, assessor, Search(case, assessor).run())
+    with case.session():
+        return report(case, assessor, Search(case, assessor).run())
 
 
 def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:

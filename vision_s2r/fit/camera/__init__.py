@@ -1,9 +1,5 @@
-"""The diagnosis of cameras: pairs of pictures in, a case for the search out.
+"""The diagnosis of cameras from pairs: a recording in, a case for the search out.
 
-`CameraCase` predicts the real pictures from the simulator's through the effects of `vision_s2r.camera`, as a mean and a
-noise that depends on brightness, and scores the prediction pixel by pixel.
+`case.CameraCase` predicts the real pictures through the effects of `vision_s2r.camera`, and scores the prediction pixel
+by pixel. How each effect is fitted is said in `effects/NAME.py`.
 """
-
-from vision_s2r.fit.camera.case import CameraCase
-
-__all__ = ["CameraCase"]

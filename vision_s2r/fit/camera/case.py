@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
 
 import numpy as np
 import torch
@@ -10,8 +11,8 @@ from torch import Tensor
 
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.camera import axes, discrepancy, excitation
-from vision_s2r.fit.camera.coordinates import CHARTS
-from vision_s2r.fit.camera.elimination import drop_costs
+from vision_s2r.fit.camera.coordinates import starts
+from vision_s2r.fit.camera.effect import charted, confusable, of_stage
 from vision_s2r.fit.camera.fitting import (
     Target,
     best_start,
@@ -19,14 +20,14 @@ from vision_s2r.fit.camera.fitting import (
     gauss_newton,
     normal,
     search_factor,
-    starts,
 )
 from vision_s2r.fit.camera.intervals import Spread, spread
-from vision_s2r.fit.camera.prediction import NOISES, WARPS, Stages, encoded
+from vision_s2r.fit.camera.prediction import Stages, encoded
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
 from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values
 from vision_s2r.recording import CameraRecording
+from vision_s2r.threads import one_thread
 
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
@@ -52,13 +53,18 @@ class CameraCase:
         "noise counts by the difference of its standard deviations"
     )
 
-    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect]) -> None:
-        torch.set_num_threads(1)
+    @classmethod
+    def open(cls, recording: CameraRecording, library: Mapping[str, Effect]) -> "CameraCase":
+        """Look at a recording for its noise and for effects to ask about: seconds."""
+        with one_thread():
+            return cls(recording, library, study(recording, library))
+
+    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect], study: Study) -> None:
         self.recording = recording
         self.library = library
         self.segments = len(recording)
         self.discrepancies = discrepancy.available(recording.grey)
-        self.study: Study = study(recording, library)
+        self.study = study
         self.certain: Mapping[str, float] = {"jpeg_compression": self.study.jpeg[1]} if self.study.jpeg else {}
         self.not_excited: Mapping[str, str] = self.study.not_excited
         self._target = Target(self.study.pictures, self.study.yardstick.variance, self.study.yardstick.counted)
@@ -67,6 +73,10 @@ class CameraCase:
         self._spreads: dict[tuple[object, ...], Spread] = {}
         self._frames = frames_of_a_fit(self.study.pictures)
         self._lock = threading.Lock()
+
+    def session(self) -> AbstractContextManager[None]:
+        """To be held while methods are called: pictures are so small that torch is best kept to one thread."""
+        return one_thread()
 
     # -- fitting
 
@@ -86,8 +96,8 @@ class CameraCase:
         effects = sorted(names & self.library.keys())
         few = self._few(segments)
         values = self._begin(frozenset(effects), start, few)
-        noisy = [name for name in effects if name in NOISES]
-        moving = [name for name in effects if name in CHARTS]
+        noisy = [name for name in effects if name in of_stage("noise")]
+        moving = charted(effects)
         if noisy:
             values |= self.study.yardstick.noise.fit(values, noisy, self.study.bins, segments)
         whole = len(segments) == self.segments
@@ -108,7 +118,8 @@ class CameraCase:
 
     def _begin(self, names: Names, start: Hypothesis | None, few: list[int]) -> dict[str, dict[str, float]]:
         """Values of all of `names` from which a fit of them should end well."""
-        moving = frozenset(name for name in names if name not in NOISES)
+        noises = of_stage("noise")
+        moving = names - noises
         values: dict[str, dict[str, float]] = {}
         known = dict(start.values) if start is not None and names <= start.values.keys() else self.study.known(moving)
         if known is None:
@@ -118,8 +129,8 @@ class CameraCase:
                 values[name] = dict(known[name])
             elif name == "jpeg_compression":
                 values[name] = {"quality": float(self.study.jpeg[0] if self.study.jpeg else 90)}
-            elif name in NOISES:
-                values[name] = {"sigma": 0.01} if name == "read_noise" else {"full_well": 1000.0}
+            elif name in noises:
+                values[name] = dict(starts(name, self.study.pictures.optics.width)[0])
         for name in sorted(moving - values.keys()):
             options = starts(name, self.study.pictures.optics.width)
             if name in self.study.reference:
@@ -233,7 +244,7 @@ class CameraCase:
         target, values = self._target, hypothesis.values
         stages: Stages = {}
         residual = target.residual(values, few, stages, keep=True)
-        slopes, _ = columns(target, values, [name for name in values if name in CHARTS], few, stages)
+        slopes, _ = columns(target, values, charted(values), few, stages)
         plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
         base = target.pictures.predict(plain, few, stages).mean
         pixels = float(target.counted.sum()) / max(float(target.counted[few].sum()), 1)
@@ -245,7 +256,7 @@ class CameraCase:
 
         gains = {}
         for name in names:
-            if name in NOISES:
+            if name in of_stage("noise"):
                 gains[name] = self._noise_gain(hypothesis, name)
             elif name == "jpeg_compression":
                 gains[name] = 0.0
@@ -266,7 +277,7 @@ class CameraCase:
         segments = range(self.segments)
         variance, counts = bins.variance(segments)
         usable = np.isfinite(variance)
-        names = [*[each for each in hypothesis.values if each in NOISES], name]
+        names = [*[each for each in hypothesis.values if each in of_stage("noise")], name]
         fitted = noise.fit(hypothesis.values, names, bins, segments)
 
         def loglik(values: Values) -> float:
@@ -287,7 +298,7 @@ class CameraCase:
 
     def confusable(self, name: str) -> Names:
         """Effects hard to tell from this one."""
-        return excitation.confusable(name)
+        return confusable(name)
 
     # -- what to believe
 
@@ -296,7 +307,7 @@ class CameraCase:
         """Whether switching the effect off changes nothing that could be seen above the simulator's tolerance."""
         few = self._few(range(self.segments))
         values = hypothesis.values
-        if WARPS & values.keys() and excitation.faint_blur(name, values[name]):
+        if of_stage("warp") & values.keys() and excitation.faint(name, values[name]):
             return True
         without = {each: value for each, value in values.items() if each != name}
         (mean, variance), (other, other_variance) = self._mean(values, few), self._mean(without, few)
@@ -321,7 +332,7 @@ class CameraCase:
                 and values[parameter.name] != parameter.neutral
             ):
                 return True
-        if name not in CHARTS:
+        if not charted([name]):
             return False
         return self._spread(hypothesis).relative.get(name, 0.0) > _SPREAD
 
@@ -341,11 +352,6 @@ class CameraCase:
         from vision_s2r.fit.camera.experiment import advise
 
         return advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited})
-
-    def drop_costs(self, hypothesis: Hypothesis) -> dict[str, float]:
-        """Mean loss (nats a pixel) that each effect saves, the others making up for it."""
-        few = self._few(range(self.segments))
-        return drop_costs(self._target, hypothesis.values, [n for n in hypothesis.values if n not in NOISES], few)
 
 
 def _key(hypothesis: Hypothesis) -> tuple[object, ...]:

@@ -5,7 +5,8 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.fit.camera.coordinates import CHARTS, pack
+from vision_s2r.fit.camera.coordinates import chart, pack
+from vision_s2r.fit.camera.effect import charted
 from vision_s2r.fit.camera.fitting import Target, columns, gauss_newton, normal
 from vision_s2r.fit.camera.prediction import Stages
 from vision_s2r.fit.case import Values
@@ -45,20 +46,20 @@ def target_loss_without(target: Target, values: Values, name: str, segments: Seq
 
 def drop_costs(target: Target, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, float]:
     """By about how much the mean loss rises when an effect is switched off and the others make up for it."""
-    charted = [name for name in names if name in CHARTS]
+    smooth = charted(names)
     stages: Stages = {}
     residual = target.residual(values, segments, stages, keep=True)
-    slopes, steps = columns(target, values, charted, segments, stages)
+    slopes, steps = columns(target, values, smooth, segments, stages)
     matrix = normal(target, slopes, residual, segments).matrix
     here = target.loss(values, segments)
     costs = {}
     at = 0
     for name in names:
         direct = target_loss_without(target, values, name, segments) - here
-        if name not in charted:
+        if name not in smooth:
             costs[name] = direct
             continue
-        size = len(CHARTS[name].steps(target.pictures.optics))
+        size = len(chart(name).steps(target.pictures.optics))
         own = slice(at, at + size)
         at += size
         departure = (pack(values, [name]) - neutral_point(name, values[name])) / steps[own]
@@ -79,7 +80,7 @@ def neutral_point(name: str, values: Mapping[str, float]) -> np.ndarray:
         parameter.name: values[parameter.name] if parameter.neutral is None else parameter.neutral
         for parameter in CAMERA_EFFECTS[name].parameters
     }
-    return np.array(CHARTS[name].inward(neutral))
+    return np.array(chart(name).inward(neutral))
 
 
 def needed(links: Sequence[tuple[Values, float]]) -> list[frozenset[str]]:

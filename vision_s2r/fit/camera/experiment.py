@@ -4,15 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import torch
 
+from vision_s2r.fit.camera.effect import NEEDS
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.case import Hypothesis
 
-_REMEDY = {
-    "the pictures have no colour": "scenes in colour, recorded in colour",
-    "the pictures have no edges": "a chessboard or print of letters that fills the picture",
-    "the pictures are black": "the scene under at least ten times the light",
-    "the pictures have one brightness only": "a grey wedge from black to white",
-}
+_REMEDIES = {need.lacking: need.remedy for need in NEEDS.values()}
 
 
 def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str, str]) -> str:
@@ -25,7 +21,7 @@ def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str,
         )
     for reason in sorted(set(not_excited.values())):
         names = ", ".join(name for name, why in not_excited.items() if why == reason)
-        sentences.append(f"To see {names}: {_REMEDY.get(reason, 'other scenes')}, 16 frames.")
+        sentences.append(f"To see {names}: {_REMEDIES[reason]}, 16 frames.")
     return " ".join(sentences)
 
 

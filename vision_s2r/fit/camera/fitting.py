@@ -7,8 +7,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.fit.camera.coordinates import CHARTS, pack, unpack
+from vision_s2r.fit.camera.coordinates import chart, pack, unpack
+from vision_s2r.fit.camera.effect import charted
 from vision_s2r.fit.camera.prediction import Pictures, Stages
 from vision_s2r.fit.case import Values
 
@@ -67,7 +67,7 @@ def columns(
     plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
     base = pictures.predict(plain, segments, stages).mean
     point = pack(plain, names)
-    steps = np.array([step for name in names for step in CHARTS[name].steps(target.pictures.optics)])
+    steps = np.array([step for name in names for step in chart(name).steps(target.pictures.optics)])
     slopes = []
     for k, step in enumerate(steps):
         moved = point.copy()
@@ -98,16 +98,16 @@ def gauss_newton(
 ) -> tuple[Values, float]:
     """`values` with those of `names` moved to the most likely point nearby, and its mean loss.
 
-    Steps are damped (Levenberg, Marquardt) and at most `CHARTS[...].limits` long; the end is an iteration that moves
+    Steps are damped (Levenberg, Marquardt) and at most their charts' limits long; the end is an iteration that moves
     every coordinate by less than `tolerance` of its step.
     """
-    names = [name for name in names if name in CHARTS]
+    names = charted(names)
     stages: Stages = {}
     residual = target.residual(values, segments, stages, keep=True)
     loss = target._mean_loss(residual, segments)
     if not names:
         return values, loss
-    limits = np.array([limit for name in names for limit in CHARTS[name].limits])
+    limits = np.array([limit for name in names for limit in chart(name).limits])
     damping = 1e-4
     for _ in range(iterations):
         slopes, steps = columns(target, values, names, segments, stages)
@@ -166,29 +166,3 @@ def search_factor(target: Target, values: Values, segments: Sequence[int]) -> tu
     losses = {cells: target.loss(at(cells), segments, stages) for cells in near}
     best = min(losses, key=lambda cells: losses[cells])
     return at(best), losses[best]
-
-
-def starts(name: str, width: int) -> list[dict[str, float]]:
-    """Settings of an effect from which a fit finds any other."""
-    if name == "defocus_blur":
-        return [{"radius": radius} for radius in (0.8, 1.4, 2.4, 4.0, 7.0)]
-    if name == "motion_blur":
-        return [
-            {"length": length, "angle": angle}
-            for length in (2.0, 5.0, 11.0)
-            for angle in (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
-        ]
-    if name == "low_resolution":
-        return [{"factor": factor} for factor in (1.15, 1.35, 1.6, 2.0, 2.6, 3.4, 4.5, 6.5)]
-    neutral = {
-        parameter.name: parameter.moderate if parameter.neutral is None else parameter.neutral
-        for parameter in CAMERA_EFFECTS[name].parameters
-    }
-    if name == "cast_shadow":
-        return [
-            {"strength": 0.3, "offset": offset * width, "angle": angle, "softness": softness * width}
-            for angle in range(0, 360, 45)
-            for offset in (-0.25, 0.0, 0.25)
-            for softness in (0.03, 0.12)
-        ]
-    return [neutral]

@@ -8,10 +8,11 @@ import numpy as np
 from scipy import stats
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.fit.camera.coordinates import CHARTS, pack, unpack
+from vision_s2r.fit.camera.coordinates import chart, pack, unpack
+from vision_s2r.fit.camera.effect import charted, of_stage
 from vision_s2r.fit.camera.elimination import neutral_point
 from vision_s2r.fit.camera.fitting import Target, columns, normal
-from vision_s2r.fit.camera.prediction import NOISES, WARPS, Stages
+from vision_s2r.fit.camera.prediction import Stages
 from vision_s2r.fit.case import Values
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class Spread:
 
 def spread(target: Target, study: "Study", values: Values) -> Spread:
     """One Gauss-Newton step of each frame alone, pooled: the sandwich estimate with frames as clusters."""
-    names = [name for name in values if name in CHARTS]
+    names = charted(values)
     count = len(target.pictures.sim)
     matrices, vectors, steps = [], [], np.empty(0)
     for segment in range(count) if names else ():
@@ -50,20 +51,20 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
         groups = _group_steps(matrix, scores)
         at = 0
         for name in names:
-            size = len(CHARTS[name].steps(target.pictures.optics))
+            size = len(chart(name).steps(target.pictures.optics))
             own = slice(at, at + size)
             at += size
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name])) / steps[own]
-            least = _KERNEL if name in WARPS else _LEAST
+            least = _KERNEL if name in of_stage("warp") else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
             intervals[name] = _outward(name, values, point, half * stats.t.ppf(0.975, max(count - 1, 1)))
     for name in values:
-        if name in NOISES:
+        if name in of_stage("noise"):
             intervals[name] = _noise_interval(study, values, name)
-        elif name not in CHARTS:
+        elif name not in names:
             intervals[name] = {key: _plateau(name, key, value, target) for key, value in values[name].items()}
     return Spread(intervals, relative)
 
@@ -100,7 +101,8 @@ def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> 
         change = there - centre
         for i, key in enumerate(keys):
             if key == "angle":
-                change[i] = (change[i] + 180) % 360 - 180 if name != "motion_blur" else (change[i] + 90) % 180 - 90
+                period = chart(name).period
+                change[i] = (change[i] + period / 2) % period - period / 2
         variance += change**2
     return {
         key: (float(value - width), float(value + width))
@@ -110,7 +112,7 @@ def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> 
 
 def _noise_interval(study: "Study", values: Values, name: str) -> dict[str, tuple[float, float]]:
     """By leaving out groups of frames in turn (jackknife), in logarithms."""
-    noises = [each for each in values if each in NOISES]
+    noises = [each for each in values if each in of_stage("noise")]
     noise, count = study.yardstick.noise, len(study.bins.squares)
     (key, value), *_ = values[name].items()
     groups = min(2 * _GROUPS, count)

@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from scipy.stats import wasserstein_distance
 
 from vision_s2r.camera import Camera, CameraParameters
-from vision_s2r.fit.camera.prediction import NOISES, WARPS
+from vision_s2r.fit.camera.effect import of_stage
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording
 
@@ -32,14 +32,14 @@ def show(recording: CameraRecording, frame: int, effects: Values, seed: int = 0)
     """The simulator's picture of a frame with the effects; the noise is a function of seed and frame."""
     camera = Camera(encoding=recording.encoding)
     height, width = recording.sim.shape[1:3]
-    margin = ceil(MARGIN * max(height, width)) if any(name in effects for name in WARPS) else 0
+    margin = ceil(MARGIN * max(height, width)) if effects.keys() & of_stage("warp") else 0
     sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
     canvas = F.pad(sim, (margin,) * 4, mode="replicate")
     intrinsics = None
     if recording.intrinsics is not None:
         intrinsics = torch.from_numpy(recording.intrinsics).float()[None]
     seeds = torch.tensor([(seed * 1_000_003 + frame) % 2**31])
-    quiet = {name: given for name, given in effects.items() if name not in NOISES}
+    quiet = {name: given for name, given in effects.items() if name not in of_stage("noise")}
 
     def through(image: torch.Tensor, some: Values) -> np.ndarray:
         return camera(image, CameraParameters.of(some, 1, seeds), margin, intrinsics)[0].permute(1, 2, 0).numpy()
@@ -50,7 +50,7 @@ def show(recording: CameraRecording, frame: int, effects: Values, seed: int = 0)
     if recording.mask is not None:
         meant = torch.from_numpy(recording.mask[frame]).float()[None, None]
     meant = F.pad(meant, (margin,) * 4).expand(1, 3, -1, -1)
-    known = through(meant, {name: given for name, given in effects.items() if name in WARPS})
+    known = through(meant, {name: given for name, given in effects.items() if name in of_stage("warp")})
     return Shown(picture, mean, np.all(known > 0.999, axis=2))
 
 

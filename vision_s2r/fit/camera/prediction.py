@@ -14,24 +14,35 @@ from torch import Tensor
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
-from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.errors import UserError
+from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
+from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
 from vision_s2r.fit.case import Values
 
-WARPS = frozenset({"camera_pose_offset", "lens_distortion", "chromatic_aberration"})
-BLURS = frozenset({"defocus_blur", "motion_blur", "low_resolution"})
-NOISES = frozenset({"read_noise", "shot_noise"})
-TAIL = frozenset({"white_balance", "gamma"}) | NOISES  # from the light that falls on the sensor to its values
-FRONT = tuple(
-    effect
-    for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order)
-    if effect.name not in TAIL | {"jpeg_compression"}
-)
+# Functions of a pixel's light alone, which `Tail` holds together; and the encoder.
+BEHIND = frozenset({"white_balance", "gamma", "read_noise", "shot_noise", "jpeg_compression"})
 
 Stages = dict[
     tuple[object, ...], tuple[Tensor, bool]
 ]  # by the effects passed, the pictures, and whether they are light
+
+
+def front() -> list[CameraEffect]:
+    """The effects from the scene to the light that falls on the sensor, on its way.
+
+    UserError where an effect is said to act behind it: those have their place in `Tail`.
+    """
+    found = []
+    for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order):
+        if effect.name in BEHIND:
+            continue
+        stage = CAMERA_FITS[effect.name].stage
+        if stage not in ("warp", "light", "blur"):
+            raise UserError(f"camera effect '{effect.name}': stage is {stage}, expected warp, light or blur")
+        found.append(effect)
+    return found
 
 
 @dataclass(frozen=True)
@@ -104,7 +115,7 @@ class Pictures:
         """
         pictures, light = self.sim[list(segments)], False
         key: tuple[object, ...] = ()
-        for effect in FRONT:
+        for effect in front():
             given = values.get(effect.name)
             if given is None or effect.is_neutral(given):
                 continue
@@ -124,29 +135,29 @@ class Pictures:
     def seen(self, values: Values, segments: Sequence[int]) -> Tensor:
         """Where [B, 1, H, W] (bool) a picture under these effects shows only what the simulator drew and meant."""
         present = self.meant[list(segments)]
-        moved = {name for name in values if name in WARPS | BLURS}
+        moved = values.keys() & of_stage("warp", "blur")
         if not moved:
             return present > 0.5
         present = present.clone()
         for edge in (present[..., 0, :], present[..., -1, :], present[..., :, 0], present[..., :, -1]):
             edge.zero_()  # what a warp looks for beyond the picture is its edge repeated
         flat = replace(self, kernel="bilinear")
-        for effect in FRONT:
-            if effect.name in moved & values.keys() and not effect.is_neutral(values[effect.name]):
-                channels = present.expand(-1, 3, -1, -1) if effect.name == "chromatic_aberration" else present
+        for effect in front():
+            if effect.name in moved and not effect.is_neutral(values[effect.name]):
+                channels = present.expand(-1, 3, -1, -1) if CAMERA_FITS[effect.name].by_channel else present
                 present = flat._apply(effect, channels, values[effect.name]).amin(1, keepdim=True)
         return present > 0.98
 
     def _apply(self, effect: CameraEffect, pictures: Tensor, values: Mapping[str, float]) -> Tensor:
-        sized = effect.name == "low_resolution"
+        fit = CAMERA_FITS[effect.name]
         values = {
-            key: value * self.scale if sized or effect.parameter(key).unit == "px" else value
+            key: value * self.scale if fit.sized or effect.parameter(key).unit == "px" else value
             for key, value in values.items()
         }
-        if effect.name not in WARPS:
+        if fit.stage != "warp":
             return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), "bicubic"))
         # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
-        channels = 3 if effect.name == "chromatic_aberration" else 1
+        channels = 3 if fit.by_channel else 1
         height, width = pictures.shape[-2:]
         x = torch.arange(width, dtype=torch.float32).expand(1, channels, height, width)
         y = torch.arange(height, dtype=torch.float32)[:, None].expand(1, channels, height, width)

@@ -10,27 +10,18 @@ from dataclasses import replace
 import torch
 import torch.nn.functional as F
 
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.fit.camera.coordinates import neutral, starts
+from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, of_stage
 from vision_s2r.fit.camera.elimination import without_idle
-from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor, starts
-from vision_s2r.fit.camera.prediction import BLURS, WARPS, Pictures
+from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
+from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.resampling import KERNELS
 from vision_s2r.fit.camera.weighing import detail
 from vision_s2r.fit.case import Values
 
-GEOMETRY = ("camera_pose_offset", "lens_distortion")
-LIGHT = ("uneven_illumination", "vignetting", "exposure", "white_balance", "gamma")
-_NEUTRAL: dict[str, dict[str, float]] = {
-    "camera_pose_offset": {"yaw": 0.0, "pitch": 0.0, "roll": 0.0},
-    "lens_distortion": {"k1": 0.0, "k2": 0.0},
-    "chromatic_aberration": {"red": 0.0, "blue": 0.0},
-    "uneven_illumination": {"strength": 0.0, "angle": 0.0},
-    "vignetting": {"strength": 0.0},
-    "exposure": {"stops": 0.0},
-    "white_balance": {"red": 1.0, "blue": 1.0},
-    "gamma": {"gamma": 1.0},
-}
 _COARSEST = 28  # px, of the shorter side
-_SHADOW_GAIN = 0.02  # by which a shadow must lower the mean loss to stay
+_LIGHT_GAIN = 0.02  # by which a shadow must lower the mean loss to stay
 
 
 def pyramid(pictures: Pictures) -> list[Pictures]:
@@ -52,31 +43,39 @@ def rough_target(pictures: Pictures, values: Values) -> Target:
 def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, segments: Sequence[int]) -> Values:
     """Geometry and light among `names`, with no start of their own, fitted on pictures from small to half size."""
     values = dict(start)
-    fresh = [name for name in (*GEOMETRY, *LIGHT) if name in names]
-    values |= {name: dict(_NEUTRAL[name]) for name in fresh if name not in values}
-    if "lens_distortion" in fresh and "lens_distortion" not in start:
-        values = dict(_bent(levels[-1], values, fresh, segments))
+    first, later = _coarse(names)
+    values |= {name: neutral(name) for name in first if name not in values}
+    for name in first:
+        if (bends := CAMERA_FITS[name].bends) and name not in start:
+            values = dict(_bent(levels[-1], values, first, segments, name, bends(levels[-1].optics)))
     for level in reversed(levels[1:]):
-        moving = fresh
-        if "chromatic_aberration" in names and level.scale == 0.5:
-            values.setdefault("chromatic_aberration", dict(_NEUTRAL["chromatic_aberration"]))
-            moving = [*fresh, "chromatic_aberration"]
+        joining = [name for name in later if level.scale >= (CAMERA_FITS[name].coarse or 0.0)]
+        values |= {name: neutral(name) for name in joining if name not in values}
+        moving = [*first, *joining]
         for _ in range(2):  # what is seen depends on what is fitted
-            target = rough_target(level, {name: value for name, value in values.items() if name not in BLURS})
+            target = rough_target(level, _without_blurs(values))
             values = dict(gauss_newton(target, values, moving, segments, 5)[0])
     return values
 
 
-def _bent(level: Pictures, values: Values, names: Sequence[str], segments: Sequence[int]) -> Values:
-    """The likeliest of several bends of the lens, each with the rest fitted a little."""
-    corner_squared = float(
-        (level.sim.shape[-1] / 2 / level.intrinsics[0]) ** 2 + (level.sim.shape[-2] / 2 / level.intrinsics[1]) ** 2
-    )
+def _coarse(names: Collection[str]) -> tuple[list[str], list[str]]:
+    """Those of `names` that a coarse fit begins with, warps first, and those that join it at larger pictures."""
+    on_the_way = [effect.name for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order)]
+    found = [name for name in on_the_way if name in names and CAMERA_FITS[name].coarse is not None]
+    warps = of_stage("warp")
+    found = [name for name in found if name in warps] + [name for name in found if name not in warps]
+    first = [name for name in found if CAMERA_FITS[name].coarse == 0]
+    return first, [name for name in found if name not in first]
+
+
+def _bent(
+    level: Pictures, values: Values, names: Sequence[str], segments: Sequence[int], name: str, bends: Sequence[Setting]
+) -> Values:
+    """The likeliest of several settings of an effect, each with all of `names` fitted a little."""
     ends = []
-    for bend in (0.0, -0.12, 0.12):  # of the corner's radius
-        trial = dict(values) | {"lens_distortion": {"k1": max(min(bend / corner_squared, 1.0), -1.0), "k2": 0.0}}
-        target = rough_target(level, trial)
-        ends.append(gauss_newton(target, trial, names, segments, 6))
+    for bend in bends:
+        trial = dict(values) | {name: bend}
+        ends.append(gauss_newton(rough_target(level, trial), trial, names, segments, 6))
     return min(ends, key=lambda end: end[1])[0]
 
 
@@ -89,8 +88,9 @@ def fit_reference(levels: Sequence[Pictures], names: Collection[str], fixed: Val
     target = rough_target(levels[0], values)
     values = dict(gauss_newton(target, values, smooth, segments, 2)[0])
     values = dict(add_blur(target, values, names, segments))
-    if "cast_shadow" in names:
-        values = dict(add_shadow(levels, values, segments))
+    for name in sorted(of_stage("light")):
+        if name in names and CAMERA_FITS[name].coarse is None:
+            values = dict(add_light(levels, values, name, segments))
     free = [name for name in values if name not in fixed]
     target = rough_target(levels[0], values)
     return gauss_newton(target, values, free, segments, 4)[0]
@@ -101,7 +101,9 @@ def add_blur(target: Target, values: Values, names: Collection[str], segments: S
     best, loss = values, target.loss(values, segments)
     for _ in range(2):
         rivals = [
-            fit_blur(target, best, name, segments) for name in sorted(BLURS) if name in names and name not in best
+            fit_blur(target, best, name, segments)
+            for name in sorted(of_stage("blur"))
+            if name in names and name not in best
         ]
         if not rivals:
             break
@@ -116,33 +118,35 @@ def fit_blur(target: Target, values: Values, name: str, segments: Sequence[int])
     """With a blur fitted from the best of its starts, the rest fixed; and the mean loss."""
     few = list(segments)[:2]
     started = best_start(target, values, name, few, starts(name, target.pictures.optics.width))
-    if name == "low_resolution":
+    if CAMERA_FITS[name].chart is None:
         return search_factor(target, started, few)
     return gauss_newton(target, started, [name], segments, 4)
 
 
-def add_shadow(levels: Sequence[Pictures], values: Values, segments: Sequence[int]) -> Values:
-    """With the likeliest shadow beside the rest, if one is: found on small pictures, refined on them."""
+def add_light(levels: Sequence[Pictures], values: Values, name: str, segments: Sequence[int]) -> Values:
+    """With the likeliest of a shadow's starts beside the rest, if one is: found on small pictures, refined on them."""
     level = levels[min(2, len(levels) - 1)]
-    target = rough_target(level, {name: value for name, value in values.items() if name not in BLURS})
+    target = rough_target(level, _without_blurs(values))
     before = target.loss(values, segments)
-    width = levels[0].optics.width
     ends = []
-    candidates = starts("cast_shadow", width)
-    losses = torch.tensor([target.loss(dict(values) | {"cast_shadow": each}, segments) for each in candidates])
-    light = [
-        "cast_shadow",
-        *[name for name in ("uneven_illumination", "vignetting", "exposure", "gamma") if name in values],
-    ]
+    candidates = starts(name, levels[0].optics.width)
+    losses = torch.tensor([target.loss(dict(values) | {name: each}, segments) for each in candidates])
+    grey = [each for each in _coarse(values)[0] if "colour" not in CAMERA_FITS[each].needs]
+    light = [name, *(each for each in grey if each in of_stage("light", "tone"))]
     for k in losses.argsort()[:3].tolist():
-        ends.append(gauss_newton(target, dict(values) | {"cast_shadow": candidates[k]}, light, segments, 8))
-    shadowed, after = min(ends, key=lambda end: end[1])
-    return shadowed if after < before - _SHADOW_GAIN * min(before, 1.0) else values
+        ends.append(gauss_newton(target, dict(values) | {name: candidates[k]}, light, segments, 8))
+    lit, after = min(ends, key=lambda end: end[1])
+    return lit if after < before - _LIGHT_GAIN * min(before, 1.0) else values
+
+
+def _without_blurs(values: Values) -> Values:
+    blurs = of_stage("blur")
+    return {name: value for name, value in values.items() if name not in blurs}
 
 
 def likeliest_kernel(pictures: Pictures, values: Values, segments: Sequence[int]) -> str:
     """The kernel of the recording's warps: that under which they predict best, after a little fitting."""
-    warps = [name for name in values if name in WARPS]
+    warps = [name for name in values if name in of_stage("warp")]
     if not warps:
         return pictures.kernel
     ends = {}

@@ -9,10 +9,10 @@ import torch
 from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.fit.camera import excitation
 from vision_s2r.fit.camera.codec import attenuation, codec_scatter
+from vision_s2r.fit.camera.effect import of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
-from vision_s2r.fit.camera.excitation import faint_blur
 from vision_s2r.fit.camera.fitting import Target
-from vision_s2r.fit.camera.prediction import BLURS, NOISES, WARPS, Pictures
+from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
 from vision_s2r.fit.camera.scoring import Yardstick, temper
@@ -66,7 +66,8 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     not_excited = excitation.not_excited(pictures, library)
     jpeg = _jpeg(recording) if "jpeg_compression" in library else None
     fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
-    names = [name for name in library if name not in NOISES | not_excited.keys() | {"jpeg_compression"}]
+    noise = of_stage("noise")
+    names = [name for name in library if name not in noise | not_excited.keys() | of_stage("encoder")]
     levels = pyramid(pictures)
     segments = informative(pictures, frames_of_a_fit(pictures))
     reference = fit_reference(levels, names, fixed, segments)
@@ -78,7 +79,7 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     reference = min(links, key=lambda link: link[1])[0]
     yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
     noises = noise_names(
-        yardstick.noise, bins, links[-1][0], [name for name in NOISES if name in library and name not in not_excited]
+        yardstick.noise, bins, links[-1][0], [name for name in noise if name in library and name not in not_excited]
     )
     proposals = [names | frozenset(noises) for names in needed(links)]
     edges = detail(pictures.sim).mean((1, 2, 3))
@@ -95,9 +96,9 @@ def frames_of_a_fit(pictures: Pictures) -> int:
 
 def sharp(values: Values) -> Values:
     """Without a blur so small that the kernel of a warp can be it."""
-    if not any(name in WARPS for name in values):
+    if not values.keys() & of_stage("warp"):
         return values
-    return {name: value for name, value in values.items() if not faint_blur(name, value)}
+    return {name: value for name, value in values.items() if not excitation.faint(name, value)}
 
 
 def open_pictures(recording: CameraRecording) -> Pictures:
@@ -157,8 +158,8 @@ def _edge_error(
     """The standard deviation of what is wrong at edges, in units of their height."""
     fine = detail(mean)
     busy = counted & (fine > 8 / 255)
-    moved = any(name in WARPS for name in reference)
-    if not busy.any() or not (moved or any(name in BLURS for name in reference)):
+    moved = bool(reference.keys() & of_stage("warp"))
+    if not busy.any() or not (moved or reference.keys() & of_stage("blur")):
         return _QUIET_EDGES
     over = ((residual.square() - measured) / fine.square()).mean(1, keepdim=True)[busy]
     typical = float(over.clamp(-0.1, 0.1).mean())

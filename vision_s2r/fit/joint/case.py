@@ -3,6 +3,7 @@
 import math
 import threading
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 
 import numpy as np
 from scipy.signal import lfilter
@@ -172,6 +173,10 @@ class JointCase:
         ).residuals(hypothesis, range(self.segments))
         squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
         return squares[: int(0.99 * len(squares))].mean(axis=0)
+
+    def session(self) -> AbstractContextManager[None]:
+        """Nothing is held."""
+        return nullcontext()
 
     def unit_of(self, parameter: Parameter) -> str:
         """The parameter's unit in this recording."""

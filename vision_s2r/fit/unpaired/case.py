@@ -1,6 +1,8 @@
 """Two sets of pictures without a scene in common as a case of the diagnosis."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -8,15 +10,16 @@ import torch
 from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.errors import UserError
-from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.case import Axis, Hypothesis, Names, Samples, Segments
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.intervals import intervals
-from vision_s2r.fit.unpaired.reference import reference
+from vision_s2r.fit.unpaired.reference import Reference, reference
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
-from vision_s2r.fit.unpaired.summary import GROUPS, PictureStatistics
+from vision_s2r.fit.unpaired.summary import GROUPS, PictureStatistics, Statistic
 from vision_s2r.recording import CameraRecording
+from vision_s2r.threads import one_thread
 
 DISCREPANCIES = {  # each moves the statistics of its group at will
     "unknown tone": "a tone or colour that no exposure, gamma or white balance gives",
@@ -30,6 +33,17 @@ _LEAST_REGION = 0.2  # of the pixels must count
 _MOST_PICTURES, _LEAST_PICTURES = 48, 8  # of the simulator's that are used: more cost time and tell little
 _STANDARD = 12.0  # pictures that a comparison of two sets of 24 is worth
 _PIXELS = 1_500_000  # that these may have in all, but for the least number of them
+
+
+@dataclass(frozen=True)
+class UnpairedStudy:
+    """What is known of a recording once both of its sets have been looked at."""
+
+    statistics: tuple[Statistic, ...]
+    real: np.ndarray  # [N, K] statistics of the real pictures
+    jpeg: tuple[int, float] | None  # quality and evidence
+    not_excited: Mapping[str, str]
+    reference: Reference
 
 
 class UnpairedCase:
@@ -51,34 +65,30 @@ class UnpairedCase:
         "real pictures lie from each other's mean, for no two show the same scene"
     )
 
-    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect]) -> None:
-        """Raises UserError where the simulator's pictures mean too little of what the camera sees."""
-        torch.set_num_threads(1)
+    @classmethod
+    def open(cls, recording: CameraRecording, library: Mapping[str, Effect]) -> "UnpairedCase":
+        """Look at both sets and fit a camera with every effect first: tens of seconds.
+
+        Raises UserError where the simulator's pictures mean too little of what the camera sees.
+        """
+        with one_thread():
+            return cls(recording, library, _study(recording, library))
+
+    def __init__(self, recording: CameraRecording, library: Mapping[str, Effect], study: UnpairedStudy) -> None:
         self.library = library
         self.segments = len(recording)
-        height, width = recording.real.shape[1:3]
-        self._summary = PictureStatistics(height, width, recording.encoding, recording.grey, _region(recording))
-        self._real = self._summary(
-            torch.from_numpy(np.ascontiguousarray(recording.real)).permute(0, 3, 1, 2).contiguous()
-        )
-        self._groups = [each.group for each in self._summary.statistics]
         self.discrepancies = {discrepancy: DISCREPANCIES[discrepancy] for discrepancy in _GROUP.values()}
-        self.not_excited = {name: why for name, why in space.SILENT.items() if name in library}
-        if recording.grey and "white_balance" in library:
-            self.not_excited["white_balance"] = "the pictures are grey"
-        found = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
+        self.not_excited = study.not_excited
+        self.certain = {"jpeg_compression": study.jpeg[1]} if study.jpeg else {}
         self._lattice_would_show = recording.bits == 8
-        self.certain = {"jpeg_compression": found[1]} if found else {}
-        fixed = {"jpeg_compression": {"quality": float(found[0])}} if found else {}
-        most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
-        pictures = SimulatedSet(recording, self._summary, most)
-        intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
-        optics = Optics(width, height, float(intrinsics[:2].mean()))
-        worth = 1 / (1 / self.segments + 1 / len(pictures))
-        names = frozenset(library) - frozenset(self.not_excited)
-        start = reference(self._real, pictures, self._summary.statistics, optics, worth, fixed, names)
-        self._fitter, self._proposed = start.fitter, start.proposed
+        self._real, self._statistics = study.real, study.statistics
+        self._groups = [each.group for each in study.statistics]
+        self._fitter, self._proposed = study.reference.fitter, study.reference.proposed
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+
+    def session(self) -> AbstractContextManager[None]:
+        """To be held while methods are called: pictures are so small that torch is best kept to one thread."""
+        return one_thread()
 
     def unit_of(self, parameter: Parameter) -> str:
         """The parameter's own unit."""
@@ -133,7 +143,7 @@ class UnpairedCase:
         count = len(deviation)
         axes = [Axis("statistic", GROUPS, np.tile([GROUPS.index(group) for group in self._groups], self.segments))]
         for group in GROUPS[:-1]:
-            labels = tuple(each.label for each in self._summary.statistics if each.group == group)
+            labels = tuple(each.label for each in self._statistics if each.group == group)
             bins = np.full(count, -1)
             bins[[each == group for each in self._groups]] = np.arange(len(labels))
             axes.append(Axis(group, labels, np.tile(bins, self.segments)))
@@ -163,8 +173,7 @@ class UnpairedCase:
 
     def confusable(self, name: str) -> Names:
         """Effects known to be hard to tell from this one."""
-        alike = (group for group in space.TWINS if name in group)
-        return frozenset(other for group in alike for other in group if other in self.library) - {name}
+        return space.confusable(name) & self.library.keys()
 
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect, at these parameters, is smaller than this simulator's own tolerance."""
@@ -214,6 +223,27 @@ class UnpairedCase:
         """Differences [segments, K] from the mean of the other real pictures."""
         whole = self._real.mean(0)
         return (self._real[list(segments)] - whole) * (self.segments / (self.segments - 1))
+
+
+def _study(recording: CameraRecording, library: Collection[str]) -> UnpairedStudy:
+    height, width = recording.real.shape[1:3]
+    summary = PictureStatistics(height, width, recording.encoding, recording.grey, _region(recording))
+    real = summary(torch.from_numpy(np.ascontiguousarray(recording.real)).permute(0, 3, 1, 2).contiguous())
+    fits = {name: CAMERA_FITS[name] for name in library}
+    not_excited = {name: fit.unpaired for name, fit in fits.items() if isinstance(fit.unpaired, str)}
+    if recording.grey:
+        coloured = [name for name, fit in fits.items() if "colour" in fit.needs]
+        not_excited = dict.fromkeys(coloured, "the pictures are grey") | not_excited
+    jpeg = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
+    fixed = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
+    most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
+    pictures = SimulatedSet(recording, summary, most)
+    intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
+    optics = Optics(width, height, float(intrinsics[:2].mean()))
+    worth = 1 / (1 / len(recording) + 1 / len(pictures))
+    names = frozenset(library) - not_excited.keys()
+    found = reference(real, pictures, summary.statistics, optics, worth, fixed, names)
+    return UnpairedStudy(summary.statistics, real, jpeg, not_excited, found)
 
 
 def _region(recording: CameraRecording) -> np.ndarray | None:

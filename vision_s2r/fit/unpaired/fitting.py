@@ -5,15 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.camera.effect import Optics
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.unpaired.scatter import Scatter
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
-from vision_s2r.fit.unpaired.space import pack, smooth, starts, steps, unpack
+from vision_s2r.fit.unpaired.space import pack, shown, smooth, starts, stepped, steps, unpack
 
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
-STEPPED = ("low_resolution", "jpeg_compression")  # go by whole numbers
-_ORDER = ("read_noise", "shot_noise", "low_resolution", "defocus_blur", "motion_blur", "jpeg_compression")
 
 
 @dataclass(frozen=True)
@@ -52,12 +50,12 @@ class UnpairedFitter:
         values |= {name: dict(self.fixed[name]) for name in names if name in self.fixed}
         new = [name for name in names if name not in values]
         values |= {name: starts(name, self.optics.width)[0] for name in sorted(new) if smooth(name)}
-        for name in (name for name in _ORDER if name in new):
+        for name in sorted((name for name in new if not smooth(name)), key=lambda name: (shown()[name].turn, name)):
             values = self._started(target, free, values, name)
         for turn in range(2):
             before = values
             values = self._descended(target, free, values, iterations)
-            steppers = [name for name in STEPPED if name in names and name not in self.fixed]
+            steppers = [name for name in stepped() if name in names and name not in self.fixed]
             for name in steppers:
                 values = self._stepped(target, free, values, name)
             if turn or not steppers or values == before:
@@ -96,7 +94,7 @@ class UnpairedFitter:
         for name in names:
             without = {key: given for key, given in values.items() if key != name}
             lost[name] = self.rest((self.mean(values) - self.like(without, values))[None], free)[0]
-            columns = np.zeros((len(free), 1)) if name in STEPPED else self.slopes(values, [name])[0]
+            columns = np.zeros((len(free), 1)) if name in stepped() else self.slopes(values, [name])[0]
             slopes[name] = self.rest(columns.T, free).T
         return lost, slopes
 
@@ -131,7 +129,7 @@ class UnpairedFitter:
     ) -> dict[str, dict[str, float]]:
         """Moved to the bottom nearby, by damped steps (Levenberg, Marquardt)."""
         now = {name: dict(given) for name, given in values.items()}
-        names = sorted(name for name in now if name not in self.fixed and name not in STEPPED)
+        names = sorted(name for name in now if name not in self.fixed and name not in stepped())
         if not names:
             return now
         loss, damping = self.loss(target - self.mean(now), free), 1e-3

@@ -5,8 +5,8 @@ from scipy.stats import t as student
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.case import Values
-from vision_s2r.fit.unpaired.fitting import STEPPED, UnpairedFitter
-from vision_s2r.fit.unpaired.space import pack, unpack
+from vision_s2r.fit.unpaired.fitting import UnpairedFitter
+from vision_s2r.fit.unpaired.space import chart, pack, stepped, unpack
 
 _DRAWS = 500
 
@@ -21,7 +21,7 @@ def intervals(
     """
     names = sorted(name for name in values if name not in fitter.fixed)
     found = {name: {key: (value, value) for key, value in given.items()} for name, given in values.items()}
-    for name in [name for name in names if name in STEPPED]:
+    for name in [name for name in names if name in stepped()]:
         found[name] = _steps(fitter, real, values, name, free)
         names.remove(name)
     if not names:
@@ -47,14 +47,10 @@ def intervals(
     for name in names:
         for parameter in CAMERA_EFFECTS[name].parameters:
             at = np.array([each[name][parameter.name] for each in drawn])
-            found[name][parameter.name] = _around(at, values[name][parameter.name], _period(name, parameter.unit))
+            found[name][parameter.name] = _around(
+                at, values[name][parameter.name], chart(name).period if parameter.unit == "deg" else None
+            )
     return found
-
-
-def _period(name: str, unit: str) -> float | None:
-    if unit != "deg":
-        return None
-    return 180.0 if name == "motion_blur" else 360.0
 
 
 def _around(at: np.ndarray, value: float, period: float | None) -> tuple[float, float]:

@@ -4,16 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.fit.camera.coordinates import Optics
+from vision_s2r.fit.camera.effect import Optics, of_stage
 from vision_s2r.fit.case import Names, Values
 from vision_s2r.fit.unpaired.fitting import UnpairedFitter
 from vision_s2r.fit.unpaired.scatter import scatter, tolerance
 from vision_s2r.fit.unpaired.simulated import BASE_NOISE, SimulatedSet
-from vision_s2r.fit.unpaired.space import negligible, smooth
+from vision_s2r.fit.unpaired.space import negligible, shown, smooth
 from vision_s2r.fit.unpaired.summary import Statistic
 
 _WORTH = 4.0  # nats below which an effect drops out
-_BLURS = ("low_resolution", "defocus_blur", "motion_blur")
 
 
 @dataclass(frozen=True)
@@ -71,12 +70,22 @@ def _everything(fitter: UnpairedFitter, target: np.ndarray, names: Names) -> dic
     free = np.zeros(len(target), dtype=bool)
     chosen = [name for name in names if smooth(name)]
     values = fitter.fit(target, chosen + list(fitter.fixed), free, {}, 3)
-    for rivals in (("read_noise",), ("shot_noise",), _BLURS):
+    for rivals in _rivals():
         gains = {name: fitter.gain(target, free, values, name) for name in rivals if name in names}
         best = max(gains, key=lambda name: gains[name], default="")
         if best and gains[best] > _WORTH:
             values = fitter.fit(target, [*values, best], free, values, 3)
     return values
+
+
+def _rivals() -> list[list[str]]:
+    """Noise effects one by one, then the blurs as one group."""
+    fits = shown()
+    late = sorted((name for name in fits if not smooth(name)), key=lambda name: fits[name].turn)
+    return [
+        *([name] for name in late if name in of_stage("noise")),
+        [name for name in late if name in of_stage("blur")],
+    ]
 
 
 def _eliminated(fitter: UnpairedFitter, target: np.ndarray, values: Values) -> list[Names]:
