@@ -1,10 +1,11 @@
-"""What the site gets beside its written pages: tables of results, pictures, the reference of API and configuration."""
+"""What the site gets beside its written pages: tables of results, pictures, notebooks, the generated reference."""
 
 import pkgutil
 from pathlib import Path
 
 import command_line
 import configuration
+import notebooks
 import tables
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -29,6 +30,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for name in _rooms():
         text = f"# {name}\n\n::: {name}\n"
         files.append(File.generated(config, f"reference/api/{name}.md", content=text))
+    for name, text in notebooks.pages().items():
+        files.append(File.generated(config, f"notebooks/{name}.md", content=text))
     files.append(File.generated(config, "reference/commands.md", content=command_line.page()))
     for name, text in configuration.pages().items():
         files.append(File.generated(config, f"reference/configuration/{name}.md", content=text))

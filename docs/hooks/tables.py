@@ -1,9 +1,10 @@
 """Tables of results, from the JSON that runs write.
 
-A page asks for one by a line of its own, `<!-- table: NAME -->`, and gets docs/results/data/NAME.json. Two forms are
-known: the transfer table of an evaluation (`table.json`), and a plain table, `columns` and `rows`, whose cells are
-text, numbers, or `{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` where
-its numbers come from. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
+A page asks for one by a line of its own, `<!-- table: NAME -->`, or `<!-- table: NAME rows=0,1 columns=0,2 -->` for a
+part of it, and gets docs/results/data/NAME.json. Two forms are known: the transfer table of an evaluation
+(`table.json`), and a plain table, `columns` and `rows`, whose cells are text, numbers, or `{value, low, high, unit, of}`
+with a 95 % interval. `command` says what makes it, `source` where its numbers come from. In README.md, which nothing
+builds, the table stands below that line, up to `<!-- end -->`:
 
     python docs/hooks/tables.py README.md    # write it there anew
 """
@@ -16,17 +17,17 @@ from typing import Any
 
 DATA = Path(__file__).resolve().parents[1] / "results" / "data"
 TRANSFER = "vision-s2r/transfer-table/1"
-ASKED = re.compile(r"^<!-- table: (\w+) -->$", re.MULTILINE)
-FILLED = re.compile(r"(?<=^<!-- table: )(\w+)( -->\n\n).*?(?=\n\n<!-- end -->$)", re.MULTILINE | re.DOTALL)
+ASKED = re.compile(r"^<!-- table: (\w+)(?: rows=([\d,]+))?(?: columns=([\d,]+))? -->$", re.MULTILINE)
+FILLED = re.compile(f"({ASKED.pattern}).*?(?=^<!-- end -->$)", re.MULTILINE | re.DOTALL)
 TITLES = {"rcan": "RCAN", "real": "real look, perfect camera"}
 
 
-def table(name: str) -> str:
-    """The table in Markdown. Raises FileNotFoundError where there is none of this name."""
+def table(name: str, rows: str | None = None, columns: str | None = None) -> str:
+    """The table in Markdown, or these rows and columns of it. Raises FileNotFoundError where there is none."""
     data = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
-    columns, rows = _transfer(data) if data.get("format") == TRANSFER else (data["columns"], data["rows"])
-    lines = [columns, ["---"] * len(columns), *([_cell(each) for each in row] for row in rows)]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    head, body = _transfer(data) if data.get("format") == TRANSFER else (data["columns"], data["rows"])
+    lines = [head, ["---"] * len(head), *([_cell(each) for each in row] for row in _chosen(body, rows))]
+    return "\n".join("| " + " | ".join(_chosen(line, columns)) + " |" for line in lines)
 
 
 def provenance(name: str) -> str:
@@ -39,13 +40,18 @@ def provenance(name: str) -> str:
 def with_tables(page: str) -> str:
     """A page with its tables in the place of what asks for them."""
     return ASKED.sub(
-        lambda found: f'<div class="results" markdown>\n\n{table(found[1])}\n\n{provenance(found[1])}\n\n</div>', page
+        lambda found: f'<div class="results" markdown>\n\n{table(*found.groups())}\n\n{provenance(found[1])}\n\n</div>',
+        page,
     )
 
 
 def refilled(page: str) -> str:
     """A page that holds its tables, with each written anew."""
-    return FILLED.sub(lambda found: found[1] + found[2] + table(found[1]), page)
+    return FILLED.sub(lambda found: f"{found[1]}\n\n{table(*found.groups()[1:])}\n\n", page)
+
+
+def _chosen(items: list[Any], indices: str | None) -> list[Any]:
+    return items if indices is None else [items[int(k)] for k in indices.split(",")]
 
 
 def _cell(cell: Any) -> str:

@@ -20,6 +20,7 @@ from vision_s2r.grasp import GraspConfig
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.paths import CONFIGS
 from vision_s2r.recording import write
+from vision_s2r.scene import SceneConfig
 
 
 def make(folder: Path) -> Path:
@@ -55,8 +56,11 @@ def _composed(schema: type, name: str, groups: tuple[str, ...]) -> DictConfig:
 
 
 def check_yaml(content: Any, code: str, folder: Path) -> None:
-    """A camera's configuration loads; of the rest it is enough that it parses."""
+    """A camera's configuration loads, a scene's fits its schema; of the rest it is enough that it parses."""
     assert isinstance(content, dict)
+    if "defaults" in content:  # a group's file: its keys are those of the schema
+        keys = {key: value for key, value in content.items() if key != "defaults"}
+        OmegaConf.merge(OmegaConf.structured(SceneConfig), keys)
     if "effects" in content:
         path = folder / "camera.yaml"
         path.write_text(code)
