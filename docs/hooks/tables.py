@@ -2,9 +2,9 @@
 
 A page asks for one by a line of its own, `<!-- table: NAME -->`, or `<!-- table: NAME rows=0,1 columns=0,2 -->` for a
 part of it, and gets docs/results/data/NAME.json. Two forms are known: the transfer table of an evaluation
-(`table.json`), and a plain table, `columns` and `rows`, whose cells are text, numbers, or `{value, low, high, unit, of}`
-with a 95 % interval. `command` says what makes it, `source` where its numbers come from. In README.md, which nothing
-builds, the table stands below that line, up to `<!-- end -->`:
+(`table.json`), and a plain table, `columns` and `rows`, whose cells are text, numbers, or
+`{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` where its numbers come
+from. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
 
     python docs/hooks/tables.py README.md    # write it there anew
 """
