@@ -1,6 +1,6 @@
-"""What each term of a translator's loss is worth; goes on where it was interrupted. Keys: configs/ablation.yaml.
+"""What each term of a translator's loss is worth; goes on where it was interrupted.
 
-`ablation=debug`: in a minute; `ablation.arms=[full,no_image]`: some arms; any other key goes to all jobs.
+`ablation=debug`: in a minute; `ablation.variants=[full,no_image]`: some variants; any other key goes to all jobs.
 """
 
 from vision_s2r.commands.main import main

@@ -1,4 +1,4 @@
-"""Adapt to recorded real pictures without pairs, or go on with it. Keys: configs/adapt/rl_cyclegan.yaml."""
+"""Adapt to recorded real pictures without pairs, or go on with it."""
 
 from vision_s2r.commands.main import main
 

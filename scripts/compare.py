@@ -1,4 +1,4 @@
-"""All methods side by side, or go on with it: experiment=methods. Keys: configs/config.yaml."""
+"""All methods side by side, or go on with it: experiment=methods."""
 
 from vision_s2r.commands.main import main
 

@@ -1,7 +1,7 @@
 """Control across the dynamics gap: `python scripts/control.py follow|ablate|adr [KEY=VALUE …]`.
 
 follow: policies trained on the wrong simulator and on randomized ones, in reality; ablate: what each randomization is
-worth; adr: ranges that widen by themselves. Keys: configs/control.yaml; sizes: control=full|small|debug.
+worth; adr: automatic domain randomization. Sizes: control=full|small|debug.
 """
 
 from vision_s2r.commands.main import main

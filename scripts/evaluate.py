@@ -1,4 +1,4 @@
-"""Measure the transfer table: CSV, JSON and one page. Keys: configs/evaluate/default.yaml."""
+"""Measure the transfer table: CSV, JSON and one page."""
 
 from vision_s2r.commands.main import main
 

@@ -1,4 +1,4 @@
-"""Success against the number of real grasps, or go on with it. Keys: configs/finetune/default.yaml."""
+"""Success against the number of real grasps, or go on with it."""
 
 from vision_s2r.commands.main import main
 

@@ -1,4 +1,4 @@
-"""The sealed benchmark of diagnosis. Keys: configs/gapbench.yaml."""
+"""The sealed benchmark of diagnosis."""
 
 from vision_s2r.commands.main import main
 

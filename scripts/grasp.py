@@ -1,7 +1,4 @@
-"""Train a grasp policy on rendered views, or go on with it; `grasp=randomized` trains the baseline.
-
-Keys: configs/grasp/crop.yaml.
-"""
+"""Train a grasp policy on rendered views, or go on with it; `grasp=randomized` trains the baseline."""
 
 from vision_s2r.commands.main import main
 

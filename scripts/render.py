@@ -1,4 +1,4 @@
-"""Render scenes: paired views, labels and simulated grasps, as shards. Keys: configs/render/default.yaml."""
+"""Render scenes: paired views, labels and simulated grasps, as shards."""
 
 from vision_s2r.commands.main import main
 

@@ -1,4 +1,4 @@
-"""Train a translator on rendered views, or go on with it. Keys: configs/translate/rcan.yaml."""
+"""Train a translator on rendered views, or go on with it."""
 
 from vision_s2r.commands.main import main
 

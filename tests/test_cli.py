@@ -42,13 +42,8 @@ def test_experiments_compose_and_are_typed(name):
     assert cfg.data.test.out == f"renders/{name}/test"
 
 
-def test_every_key_of_every_yaml_has_a_comment_over_it():
-    bare = []
-    for path in CONFIGS.rglob("*.yaml"):
-        lines = path.read_text().splitlines()
-        if not lines[0].startswith("#"):
-            bare.append(path.name)
-    assert not bare
+def test_every_file_of_a_configuration_says_what_it_is():
+    assert not [path.name for path in CONFIGS.rglob("*.yaml") if not path.read_text().startswith("#")]
 
 
 def test_scripts_are_thin_and_fail_in_one_line():

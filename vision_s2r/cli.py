@@ -16,6 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.options import validate
 from vision_s2r.paths import CONFIGS
 
 Schema = TypeVar("Schema")
@@ -62,13 +63,15 @@ def compose(schema: type[Schema], name: str = "config", overrides: list[str] | N
 
 
 def typed(cfg: DictConfig, schema: type[Schema]) -> Schema:
-    """Check a composed configuration against the schema. Raises UserError for unknown keys and wrong types."""
+    """Check a composed configuration against the schema. Raises UserError for unknown keys, wrong types and values."""
     try:
         merged = OmegaConf.merge(OmegaConf.structured(schema), cfg)
-        return OmegaConf.to_object(merged)  # type: ignore[return-value]
+        found = OmegaConf.to_object(merged)
     except OmegaConfBaseException as error:
         key = getattr(error, "full_key", None)
         raise UserError(f"configuration key '{key}': {_first_line(error)}") from error
+    validate(found)
+    return found  # type: ignore[return-value]
 
 
 def or_exit(task: Callable[[], Any]) -> None:

@@ -1,6 +1,6 @@
-"""The root configuration: a field a room, as configs/config.yaml has it."""
+"""The root configuration of the visual pipeline: a field a room."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
@@ -12,6 +12,7 @@ from vision_s2r.close_gap.config import CloseGapConfig
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.options import option
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
@@ -19,44 +20,62 @@ from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
 
 @dataclass
 class DataConfig:
-    """The sets that an experiment needs; test is of objects never trained on."""
+    """The sets that an experiment needs."""
 
-    train: RenderConfig = field(default_factory=RenderConfig)
-    validation: RenderConfig = field(default_factory=RenderConfig)
-    real: RenderConfig = field(default_factory=RenderConfig)
-    test: RenderConfig = field(default_factory=RenderConfig)
+    train: RenderConfig = option(
+        RenderConfig(out="renders/full/train", scenes=4000),
+        "Networks train on it: randomized and canonical pictures, labelled grasps.",
+    )
+    validation: RenderConfig = option(
+        RenderConfig(out="renders/full/validation", scenes=300, seed=1, views=1, real=True),
+        "Checkpoints are chosen on it: other scenes of the training objects, real pictures for the validation camera.",
+    )
+    test: RenderConfig = option(
+        RenderConfig(out="renders/full/test", scenes=500, seed=2, views=1, real=True, grasps=0),
+        "The transfer table is measured on it: objects that no training saw.",
+    )
+    real: RenderConfig = option(
+        RenderConfig(out="renders/full/real", scenes=1000, seed=3, views=0, real=True),
+        "What robots recorded: unpaired methods learn the real look from it, and its grasps are the few real ones.",
+    )
 
 
 @dataclass
 class Config:
     """Everything that the visual scripts read."""
 
-    name: str = "default"
-    seed: int = 0
-    seeds: int = 1
-    with_adapted: bool = True
-    with_baseline: bool = True
-    jobs: int = 1
-    out: str = "outputs"
-    scene: SceneConfig = field(default_factory=SceneConfig)
-    render: RenderConfig = field(default_factory=RenderConfig)
-    data: DataConfig = field(default_factory=DataConfig)
-    camera: CameraConfig = field(default_factory=CameraConfig)
-    validation_camera: CameraConfig = field(default_factory=CameraConfig)
-    translate: TranslateConfig = field(default_factory=TranslateConfig)
-    pix2pix: TranslateConfig = field(default_factory=TranslateConfig)
-    adapt: AdaptConfig = field(default_factory=AdaptConfig)
-    cyclegan: AdaptConfig = field(default_factory=AdaptConfig)
-    graspgan: AdaptConfig = field(default_factory=AdaptConfig)
-    benchmark: BenchmarkConfig = field(default_factory=BenchmarkConfig)
-    grasp: GraspConfig = field(default_factory=GraspConfig)
-    adapted: GraspConfig = field(default_factory=GraspConfig)
-    baseline: GraspConfig = field(default_factory=GraspConfig)
-    evaluate: EvaluateConfig = field(default_factory=EvaluateConfig)
-    finetune: FinetuneConfig = field(default_factory=FinetuneConfig)
-    recording: Any = None
-    close_gap: CloseGapConfig = field(default_factory=CloseGapConfig)
-    ablation: AblationConfig = field(default_factory=AblationConfig)
+    name: str = option("full", "What this run is called.")
+    seed: int = option(0, "Of the first training.", low=0)
+    seeds: int = option(1, "How many trainings (seed, seed + 1, …) of each network.", low=1)
+    with_adapted: bool = option(True, "Whether the adapted policy is trained and evaluated too.")
+    with_baseline: bool = option(True, "Whether the baseline is trained and evaluated too.")
+    jobs: int = option(1, "Trainings at a time; they share the processor's cores.", low=1)
+    out: str = option("outputs/full", "The folder that this run writes to.")
+    scene: SceneConfig = option(SceneConfig, "The bin, the arm and what lies there.")
+    render: RenderConfig = option(RenderConfig, "What `vision-s2r render` renders.")
+    data: DataConfig = option(DataConfig, "The sets of scenes.")
+    camera: CameraConfig = option(CameraConfig, "The camera whose effects are drawn while networks train.")
+    validation_camera: CameraConfig = option(
+        CameraConfig, "The camera that chooses checkpoints; never one of the test cameras."
+    )
+    translate: TranslateConfig = option(TranslateConfig, "The translator.")
+    pix2pix: TranslateConfig = option(TranslateConfig, "Its rival, for `vision-s2r compare`.")
+    adapt: AdaptConfig = option(AdaptConfig, "Adaptation without pairs.")
+    cyclegan: AdaptConfig = option(AdaptConfig, "Its rival, for `vision-s2r compare`.")
+    graspgan: AdaptConfig = option(AdaptConfig, "Its rival, for `vision-s2r compare`.")
+    benchmark: BenchmarkConfig = option(BenchmarkConfig, "How `vision-s2r benchmark translate` compares.")
+    grasp: GraspConfig = option(GraspConfig, "The policy.")
+    adapted: GraspConfig = option(GraspConfig, "The policy that also learns from what the translator makes.")
+    baseline: GraspConfig = option(GraspConfig, "The policy that domain randomization trains, to compare with.")
+    evaluate: EvaluateConfig = option(EvaluateConfig, "The transfer table.")
+    finetune: FinetuneConfig = option(FinetuneConfig, "Few real grasps.")
+    recording: Any = option(
+        None,
+        "A camera recording, or several ([DIR, …]), that `vision-s2r close-gap` diagnoses; null: withheld cameras are "
+        "drawn.",
+    )
+    close_gap: CloseGapConfig = option(CloseGapConfig, "A diagnosed camera becomes the one that trains.")
+    ablation: AblationConfig = option(AblationConfig, "What each term of a translator's loss is worth.")
 
 
 ConfigStore.instance().store("schema", node=Config)

@@ -14,7 +14,7 @@ from vision_s2r.adapt.losses import scene_consistency
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, train_policy
-from vision_s2r.grasp.config import CropConfig
+from vision_s2r.grasp.config import AugmentationConfig, CropConfig
 from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.render import Recorded
@@ -25,8 +25,8 @@ from vision_s2r.translate.config import DiscriminatorConfig
 
 NETWORK = NetworkConfig(width=8, levels=2, detail=8, rectifier=0, residual=True)
 LOSSES = {
-    "cyclegan": AdaptLossConfig(cycle=5.0),
-    "graspgan": AdaptLossConfig(cycle=0.0, segmentation=1.0, task=1.0),
+    "cyclegan": AdaptLossConfig(cycle=5.0, rl_scene=0.0),
+    "graspgan": AdaptLossConfig(cycle=0.0, segmentation=1.0, task=1.0, rl_scene=0.0),
     "rl_cyclegan": AdaptLossConfig(cycle=5.0, rl_scene=10.0),
 }
 
@@ -67,6 +67,7 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         plane_height=0.0,
         area=[bars.AREA] * 2,
         crop=CropConfig([0.08, 0.08], [16, 16]),
+        augmentation=AugmentationConfig(blur=0.6),
         training=training(200, 4e-3, "auc"),
     )
     return train_policy(views(300, 0), views(60, 1), cfg, CameraConfig(), tmp_path_factory.mktemp("policy"), 3)

@@ -167,10 +167,10 @@ def test_configurations_that_cannot_be_are_named(effects: dict[str, Any], messag
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("efects: {}", "no key 'efects', did you mean 'effects'"),
-        ("jpeg: codek", "jpeg is 'codek': did you mean 'codec'"),
+        ("efects: {}", "unknown key 'efects', did you mean 'effects'"),
+        ("jpeg: codek", "jpeg = 'codek': did you mean 'codec'"),
         ("effects: {gama: {gamma: 2}}", "no camera effect is called 'gama': did you mean 'gamma'"),
-        ("reference_size: 0", "reference_size is 0"),
+        ("reference_size: 0", "reference_size = 0: expected at least 1"),
         ("effects: [", "cannot read camera"),
         ("- 1", "expected keys and values"),
     ],

@@ -122,8 +122,8 @@ def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
             r"value is \[0.2, 0.1\], expected low before",
         ),
         (["+policies.default.effects.backlsh.width=0.1"], "'backlsh'.*backlash"),
-        (["training.rollout=70"], "training: rollout=70, expected to divide an episode's 100 samples"),
-        (["task.lowest=9"], "task: lowest=9, highest=8: expected 0 < lowest <= highest"),
+        (["training.rollout=70"], "training.rollout = 70: expected to divide an episode's 100 samples"),
+        (["task.lowest=9"], "task.lowest = 9: expected up to task.highest = 8"),
         (["training.epoch=3"], "unknown configuration key 'training.epoch'.*training.epochs"),
     ],
 )
@@ -135,7 +135,7 @@ def test_bad_input_is_one_line(tmp_path, overrides, line):
 def test_the_posterior_of_an_identification_is_trained_on(tmp_path):
     values = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}}
     Posterior(CONTROL_EFFECTS, values, np.diag([1e-6, 1e-8])).write(tmp_path / "posterior.yaml")
-    cfg = debug(tmp_path, f"+policies.default.distribution={tmp_path}/posterior.yaml")
+    cfg = debug(tmp_path, f"policies.default.distribution={tmp_path}/posterior.yaml")
     drawn_from = drawn(cfg, cfg.policies["default"]).machines(0).draw(200, np.random.default_rng(0))
     assert np.std(drawn_from["viscous_damping"]["value"]) == pytest.approx(1e-3, rel=0.2)
     assert np.mean(drawn_from["coulomb_friction"]["value"]) == pytest.approx(0.05, rel=0.01)

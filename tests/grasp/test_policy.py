@@ -14,7 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_policy
-from vision_s2r.grasp.config import CropConfig, DenseConfig, check
+from vision_s2r.grasp.config import AugmentationConfig, CropConfig, DenseConfig, check
 from vision_s2r.grasp.forms import build
 from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig
@@ -38,6 +38,7 @@ def config(form: str = "crop", steps: int = 100, batch: int = 16, **changes: obj
         area=[AREA, AREA],
         crop=CropConfig([0.08, 0.08], [16, 16]),
         dense=DenseConfig(cells=32, yaw_bins=8),
+        augmentation=AugmentationConfig(blur=0.6),
         training=replace(training, accelerator="cpu"),
     )
     return replace(small, **changes)  # type: ignore[arg-type]
@@ -216,7 +217,7 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     ("changes", "message"),
     [
         ({"form": "crops"}, "did you mean 'crop'"),
-        ({"width": 20}, "multiple of 8"),
+        ({"width": 20}, "multiples of 8"),
         ({"with_source": True}, "validate_on"),
         ({"picture": "randomized"}, "validate_on"),
         ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),

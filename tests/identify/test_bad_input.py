@@ -23,7 +23,7 @@ from vision_s2r.recording import write
         (["hold.inertai=1"], r"did you mean 'hold\.inertia'"),
         (["hold.inertia=-1"], r"hold\.inertia: value is -1, expected"),
         (["hold.inertia=0.02", "effects=[inertia]"], "among the effects that are to be identified"),
-        (["inverse.bandwidth=0"], r"inverse\.bandwidth is 0, expected"),
+        (["inverse.bandwidth=0"], r"inverse\.bandwidth = 0\.0: expected above 0"),
         (["recording=null"], "expected recording=DIR"),
         (["recording=nowhere"], "nowhere: no such folder"),
         (["validate=nowhere"], "nowhere: no such folder"),

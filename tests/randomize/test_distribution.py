@@ -114,7 +114,7 @@ def test_a_distribution_survives_the_disk_bit_for_bit(distribution: Box | Poster
     [
         ("distribution: posteriour\nvalues: {}", "distribution is posteriour, did you mean 'posterior'"),
         ("effects: {}", "distribution is missing, known: box, posterior"),
-        ("distribution: box\nefects: {}", "no key 'efects', did you mean 'effects'"),
+        ("distribution: box\nefects: {}", "unknown key 'efects', did you mean 'effects'"),
         ("distribution: posterior\nvalues: {}", "missing covariance"),
         (
             "distribution: box\neffects: {dampin: {value: 1}}",

@@ -31,7 +31,7 @@ CAMERA = CameraConfig(effects={"exposure": {"stops": [-0.3, 0.3]}})
 TINY = TranslateConfig(
     network=NetworkConfig(width=8, levels=3, blocks=1, detail=8, rectifier=8),
     discriminator=DiscriminatorConfig(width=8, layers=2),
-    loss=LossConfig(adversarial=0.01),
+    loss=LossConfig(segmentation=0.1, adversarial=0.01),
     training=TrainingConfig(
         max_steps=4, batch_size=8, learning_rate=4e-3, validate_every=2, metric="l1", accelerator="cpu"
     ),

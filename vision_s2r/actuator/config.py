@@ -1,10 +1,13 @@
-"""Keys of configs/actuator.yaml, where each is described."""
+"""The configuration of actuator networks: what drives, logs, training and controllers are."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
+
+from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.options import option, validate
 
 PAPER_HISTORY = (0.0, 0.01, 0.02)  # s ago: Hwangbo et al. 2019
 
@@ -13,91 +16,118 @@ PAPER_HISTORY = (0.0, 0.01, 0.02)  # s ago: Hwangbo et al. 2019
 class DriveConfig:
     """A motor with an inner position controller: what the simulator knows of it, what it has besides, its sensors."""
 
-    inertia: float = 0.02
-    viscous_damping: float = 0.1
-    coulomb_friction: float = 0.02
-    torque_limit: float = 0.7
-    stiffness: float = 6.0
-    damping: float = 0.4
-    sample_time: float = 0.005
-    effects: dict[str, dict[str, Any]] = field(default_factory=dict)
-    position_noise: float = 1e-4
-    velocity_noise: float = 5e-3
-    torque_noise: float = 3e-3
+    inertia: float = option(0.02, "Of the joint as the simulator knows it, kg·m².", above=0)
+    viscous_damping: float = option(0.1, "N·m·s/rad.", low=0)
+    coulomb_friction: float = option(0.02, "N·m.", low=0)
+    torque_limit: float = option(0.7, "The most that its motor gives at rest, N·m.", above=0)
+    stiffness: float = option(6.0, "Of the inner position controller, N·m/rad.", above=0)
+    damping: float = option(0.4, "Of the inner position controller, N·m·s/rad.", low=0)
+    sample_time: float = option(0.005, "Between samples, of commands, logs and simulation alike, s.", above=0)
+    effects: dict[str, dict[str, Any]] = option(
+        {
+            "backlash": {"width": 0.005},  # a third of a degree, as of a good servo's gear
+            "latency": {"delay": 0.015},
+            "torque_speed_limit": {"stall": 0.7, "no_load_speed": 10.0},
+        },
+        "What the drive has and the simulator lacks: effects of vision_s2r/joint, and their parameters.",
+    )
+    position_noise: float = option(1e-4, "Standard deviation of the sensor's noise, rad.", low=0)
+    velocity_noise: float = option(5e-3, "Standard deviation of the sensor's noise, rad/s.", low=0)
+    torque_noise: float = option(3e-3, "Standard deviation of the sensor's noise, N·m.", low=0)
 
 
 @dataclass
 class LogsConfig:
-    """Motions under which the drive is logged."""
+    """Motions under which the drive is logged: each the sum of two sine sweeps."""
 
-    motions: int = 750
-    held_out: int = 60
-    seconds: float = 4.0
-    frequency: list[float] = field(default_factory=lambda: [0.5, 10.0])
-    amplitude: list[float] = field(default_factory=lambda: [0.03, 0.3])
-    dither: list[float] = field(default_factory=lambda: [1e-4, 5e-3])
-    payload: float = 0.1
-    position_gain: float = 1.0
-    velocity_gain: float = 0.15
+    motions: int = option(750, "Logged to train on.", above=0)
+    held_out: int = option(60, "Others, to validate on.", above=0)
+    seconds: float = option(4.0, "Of each.", above=0)
+    frequency: list[float] = option(
+        [0.5, 10.0], "Ends of a sweep are drawn between these, Hz.", length=2, above=0, rising=True
+    )
+    amplitude: list[float] = option(
+        [0.03, 0.3], "Its amplitude is drawn between these, rad.", length=2, above=0, rising=True
+    )
+    dither: list[float] = option(
+        [1e-4, 5e-3],
+        "The standard deviation of the noise on a motion's commands is drawn between these, rad.",
+        length=2,
+        above=0,
+        rising=True,
+    )
+    payload: float = option(0.1, "The world's torque on the load, drawn between ± this, N·m.", low=0)
+    position_gain: float = option(
+        1.0, "The most that a motion's outer loop answers position errors with, as policies will.", low=0
+    )
+    velocity_gain: float = option(0.15, "The most that it answers velocity errors with, s.", low=0)
 
 
 @dataclass
 class ActuatorTrainingConfig:
     """Of each network."""
 
-    steps: int = 10_000
-    batch: int = 2048
-    learning_rate: float = 0.02
-    warmup: float = 0.1
+    steps: int = option(10_000, "Of each network.", above=0)
+    batch: int = option(2048, "Samples a step.", above=0)
+    learning_rate: float = option(
+        0.02, "The highest, of Muon; it rises over the first part of the steps and falls to 0.", above=0
+    )
+    warmup: float = option(0.1, "The part of the steps over which it rises.", low=0)
 
 
 @dataclass
 class ActuatorTaskConfig:
-    """References that controllers are tuned on and tried on, and how."""
+    """References that controllers are tuned on and tried on, and how: each the sum of three sines."""
 
-    tuned_on: int = 12
-    tried_on: int = 40
-    seconds: float = 2.5
-    frequency: list[float] = field(default_factory=lambda: [1.0, 7.0])
-    acceleration: list[float] = field(default_factory=lambda: [7.0, 18.0])
-    amplitude: float = 0.3
-    payload: float = 0.1
-    roughness: float = 0.1
-    generations: int = 40
-    population: int = 8
-    tolerance: float = 0.25
+    tuned_on: int = option(12, "References that a controller is tuned on.", above=0)
+    tried_on: int = option(40, "Others, that it is tried on.", above=0)
+    seconds: float = option(2.5, "Of each.", above=0)
+    frequency: list[float] = option(
+        [1.0, 7.0], "Of the sines, drawn between these, Hz.", length=2, above=0, rising=True
+    )
+    acceleration: list[float] = option(
+        [7.0, 18.0], "Of the sines, drawn between these, rad/s².", length=2, above=0, rising=True
+    )
+    amplitude: float = option(0.3, "The most that a sine moves, rad.", above=0)
+    payload: float = option(
+        0.1, "The world's torque on the load, drawn between ± this, N·m; the controller is not told.", low=0
+    )
+    roughness: float = option(
+        0.1,
+        "What a radian of (RMS) change of the command between samples costs, against a radian of (RMS) error.",
+        low=0,
+    )
+    generations: int = option(40, "Of differential evolution.", above=0)
+    population: int = option(8, "Of differential evolution: candidates a gain.", above=0)
+    tolerance: float = option(
+        0.25, "A controller transfers where its error on the drive is larger by no more than this share.", low=0
+    )
 
 
 @dataclass
 class ActuatorConfig:
-    """Everything that scripts/actuator.py reads."""
+    """Everything that `vision-s2r actuator` reads."""
 
-    out: str = "outputs/actuator"
-    seed: int = 0
-    seeds: int = 5
-    history: list[float] = field(default_factory=lambda: [round(0.005 * k, 3) for k in range(13)])
-    drive: DriveConfig = field(default_factory=DriveConfig)
-    logs: LogsConfig = field(default_factory=LogsConfig)
-    training: ActuatorTrainingConfig = field(default_factory=ActuatorTrainingConfig)
-    task: ActuatorTaskConfig = field(default_factory=ActuatorTaskConfig)
+    out: str = option(
+        "outputs/actuator",
+        "Networks, gains of the controllers, actuator.json and actuator.png. An interrupted run goes on in its folder.",
+    )
+    seed: int = option(0, "Of the first network and the first controller.", low=0)
+    seeds: int = option(5, "How many (seed, seed + 1, …) of each.", above=0)
+    history: list[float] = option(
+        [round(0.005 * k, 3) for k in range(13)],
+        "What the second network sees, s ago, multiples of drive.sample_time. The first one sees 0, 0.01 and 0.02, as "
+        "in the paper.",
+    )
+    drive: DriveConfig = option(DriveConfig, "The motor and its inner controller.")
+    logs: LogsConfig = option(LogsConfig, "Motions under which it is logged.")
+    training: ActuatorTrainingConfig = option(ActuatorTrainingConfig, "Of each network.")
+    task: ActuatorTaskConfig = option(ActuatorTaskConfig, "References that controllers follow.")
 
 
 def check(cfg: ActuatorConfig) -> None:
     """UserError unless every value can be."""
-    _positive(
-        cfg,
-        "seeds drive.inertia drive.torque_limit drive.stiffness drive.sample_time logs.motions logs.held_out "
-        "logs.seconds training.steps training.batch training.learning_rate task.tuned_on task.tried_on task.seconds "
-        "task.amplitude task.generations task.population",
-    )
-    _not_negative(
-        cfg,
-        "seed drive.viscous_damping drive.coulomb_friction drive.damping drive.position_noise drive.velocity_noise "
-        "drive.torque_noise logs.payload logs.position_gain logs.velocity_gain training.warmup task.payload "
-        "task.roughness task.tolerance",
-    )
-    for key in ("logs.frequency", "logs.amplitude", "logs.dither", "task.frequency", "task.acceleration"):
-        _range(key, _value(cfg, key))
+    validate(cfg)
     for name, values in cfg.drive.effects.items():
         JOINT_EFFECTS[name].check(values, f"drive.effects.{name}")
         if name in ("gravity_torque", "bias_torque", "torque_constant"):
@@ -119,24 +149,4 @@ def lags(history: "list[float] | tuple[float, ...]", sample_time: float) -> tupl
     return samples
 
 
-def _value(cfg: object, key: str) -> object:
-    for name in key.split("."):
-        cfg = getattr(cfg, name)
-    return cfg
-
-
-def _positive(cfg: ActuatorConfig, keys: str) -> None:
-    for key in keys.split():
-        if not _value(cfg, key) > 0:  # type: ignore[operator]  # all are numbers
-            raise UserError(f"{key} is {_value(cfg, key)}, expected more than 0")
-
-
-def _not_negative(cfg: ActuatorConfig, keys: str) -> None:
-    for key in keys.split():
-        if not _value(cfg, key) >= 0:  # type: ignore[operator]
-            raise UserError(f"{key} is {_value(cfg, key)}, expected 0 or more")
-
-
-def _range(key: str, value: object) -> None:
-    if not (isinstance(value, list) and len(value) == 2 and 0 < value[0] <= value[1]):
-        raise UserError(f"{key} is {value}, expected [low, high] with 0 < low ≤ high")
+ConfigStore.instance().store("actuator_schema", node=ActuatorConfig)

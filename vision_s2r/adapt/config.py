@@ -1,60 +1,100 @@
-"""The configuration of an unpaired adaptation, as configs/adapt/*.yaml has it."""
+"""The configuration of an unpaired adaptation."""
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass
 
 from vision_s2r.errors import UserError
 from vision_s2r.networks.unet import NetworkConfig
+from vision_s2r.options import option, validate
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
-from vision_s2r.translate.config import DiscriminatorConfig, check_sizes, check_weights
+from vision_s2r.translate.config import ADVERSARIAL_FORMS, DiscriminatorConfig
 
 
 @dataclass
 class AdaptLossConfig:
     """Weight of each term; 0 leaves it, and the networks that only it needs, out."""
 
-    adversarial: float = 1.0  # against each domain's patch discriminator
-    adversarial_form: str = "least_squares"  # hinge | least_squares
-    cycle: float = 10.0  # absolute error of a picture that went to the other domain and back
-    identity: float = 0.0  # absolute error of a picture translated into the domain that it is of
-    segmentation: float = 0.0  # cross-entropy of a canonical picture's classes, by the head of the generator to real
-    task: float = 0.0  # of Q's own loss, as far as generators feel it; 0: Q learns of their pictures, they not of Q
-    paired: float = 0.0  # of all that the translator's own loss asks of randomized pictures, whose pairs are known
-    rl_scene: float = 0.0  # mean squared differences of Q within each triple of a scene's pictures
+    adversarial: float = option(1.0, "What the discriminators find unlike their own look.", low=0)
+    adversarial_form: str = option("least_squares", "Form of the adversarial loss.", choices=ADVERSARIAL_FORMS)
+    cycle: float = option(1.0, "Absolute error of a picture that went to the other look and back.", low=0)
+    identity: float = option(0.0, "Absolute error of a picture translated into the look that it has.", low=0)
+    segmentation: float = option(
+        0.0,
+        "Cross-entropy of a canonical picture's classes, which the generator to real pictures also gives.",
+        low=0,
+    )
+    task: float = option(
+        0.0,
+        "Q's own loss on translated pictures, for the generators to feel; 0: Q learns of the pictures alone. With "
+        "rl_scene they feel it at least in full.",
+        low=0,
+    )
+    paired: float = option(
+        0.0,
+        "The translator's own loss (translate.loss) on randomized pictures, whose pairs are known.",
+        low=0,
+    )
+    rl_scene: float = option(
+        10.0,
+        "Mean squared differences of Q's chances between a picture, its translation, and that translated back.",
+        low=0,
+    )
 
 
 @dataclass
 class AdaptConfig:
     """Unpaired translation between canonical and real pictures, and the Q-functions of both."""
 
-    network: NetworkConfig = field(default_factory=lambda: NetworkConfig(rectifier=0, residual=True))
-    discriminator: DiscriminatorConfig = field(default_factory=DiscriminatorConfig)
-    loss: AdaptLossConfig = field(default_factory=AdaptLossConfig)
-    training: TrainingConfig = field(
-        default_factory=lambda: TrainingConfig(max_steps=20_000, batch_size=4, metric="auc_mean", mode="max")
+    network: NetworkConfig = option(
+        NetworkConfig(rectifier=0, residual=True),
+        "The generators, of the translator's size; each begins as the identity.",
     )
-    way_back: bool = True  # whether there is a generator from real to canonical pictures
-    # That recorded the real pictures, names in configs/camera: as many robots.
-    cameras: list[str] = field(default_factory=lambda: ["webcam", "industrial", "phone", "harsh"])
-    translator: str = ""  # a released one, which the generator to canonical pictures begins as; empty: fresh
-    policy: str = ""  # a released canonical policy, which both Q-functions begin as
-    front: NetworkConfig | None = None  # a U-Net before the Q of real pictures, trained with it
-    q_learning_rate: float = 5e-4  # of both Q-functions, at its highest
-    grasps: int = 6  # random ones a real picture, for its triple
-    negatives: int = 8  # grasps a canonical picture that close on nothing, as failures beside the labelled ones
-    pictures: int = 6  # validation scenes shown in the grid
+    discriminator: DiscriminatorConfig = option(DiscriminatorConfig, "The patch discriminators.")
+    loss: AdaptLossConfig = option(AdaptLossConfig, "The weight of each term of the loss.")
+    training: TrainingConfig = option(
+        TrainingConfig(
+            max_steps=20_000,
+            batch_size=4,
+            learning_rate=5e-4,
+            metric="auc_mean",
+            mode="max",
+            precision="bf16-mixed",
+        ),
+        "The training loop: canonical pictures a step, and as many real ones; the learning rate is that of the "
+        "generators. Metrics: auc_mean, auc, auc_real, l1, q_difference.",
+    )
+    way_back: bool = option(
+        True,
+        "Whether there is a generator from real to canonical pictures, for the canonical policy; without it cycle, "
+        "paired and rl_scene are 0.",
+    )
+    cameras: list[str] = option(
+        ["webcam", "industrial", "phone", "harsh"],
+        "Cameras (configs/camera) that recorded the real pictures, each its share of them: as many robots.",
+    )
+    translator: str = option(
+        "",
+        "A released translator, which the generator to canonical pictures begins as; empty: as the identity. With it, "
+        "or with pairs, that generator's network is that of translate.",
+    )
+    policy: str = option("", "A released canonical policy, which both Q-functions begin as.")
+    front: NetworkConfig | None = option(
+        None, "A U-Net before the Q of real pictures, trained with it; keys as network, null: none."
+    )
+    q_learning_rate: float = option(5e-4, "Of both Q-functions, at its highest.", above=0)
+    grasps: int = option(6, "Random grasps of a real picture, at which Q is compared between its looks.", above=0)
+    negatives: int = option(
+        8,
+        "Failures that each canonical picture gets beside its labelled grasps: random ones that close on nothing.",
+        low=0,
+    )
+    pictures: int = option(6, "Validation scenes in the picture grid.", above=0)
 
 
 def check(cfg: AdaptConfig) -> None:
-    """Raises UserError where a value is out of its range."""
+    """Raises UserError where a value is out of its range, or two contradict each other."""
+    validate(cfg, "adapt")
     training_config.check(cfg.training)
-    check_sizes("adapt", {"network": cfg.network, "discriminator": cfg.discriminator})
-    check_weights("adapt", asdict(cfg.loss))
-    for key in ("q_learning_rate", "grasps", "pictures"):
-        if getattr(cfg, key) <= 0:
-            raise UserError(f"adapt.{key} = {getattr(cfg, key)}: expected a number above 0")
-    if cfg.negatives < 0:
-        raise UserError(f"adapt.negatives = {cfg.negatives}: expected 0 or more")
     for key in ("cycle", "rl_scene", "paired"):
         if getattr(cfg.loss, key) > 0 and not cfg.way_back:
             raise UserError(f"adapt.loss.{key} = {getattr(cfg.loss, key)}: expected 0 without adapt.way_back")

@@ -1,11 +1,12 @@
 """The camera's configuration: which effects, how often, and in which ranges."""
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, cast, get_args
 
 from vision_s2r.camera.effect import CAMERA_EFFECTS, Encoding, Interpolation, JpegForm
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError, check_keys
+from vision_s2r.options import option, validate
 from vision_s2r.randomize import effect_ranges, files
 
 
@@ -13,20 +14,32 @@ from vision_s2r.randomize import effect_ranges, files
 class CameraConfig:
     """A camera as configs/camera/*.yaml has it."""
 
-    # By effect: probability (1 if left out) and each of its parameters, a number or [low, high].
-    effects: dict[str, dict[str, Any]] = field(default_factory=dict)
-    encoding: str = "srgb"  # what pixel values mean: srgb | linear
-    interpolation: str = "bicubic"  # of warps and of the path of motion blur: bicubic | bilinear
-    jpeg: str = "codec"  # codec (libjpeg, no gradient) | differentiable
-    # Shorter side (px) of the pictures for which values in px are meant; at another size they scale. Unset:
-    # they are meant as they are at any size.
-    reference_size: int | None = None
+    effects: dict[str, dict[str, Any]] = option(
+        {}, "By effect: probability (1 if left out) and each of its parameters, a number or [low, high]."
+    )
+    encoding: str = option("srgb", "What pixel values mean; linear: of raw sensors.", choices=get_args(Encoding))
+    interpolation: str = option(
+        "bicubic",
+        "Between pixels, for warps and the path of motion blur; bilinear takes a third of the time.",
+        choices=get_args(Interpolation),
+    )
+    jpeg: str = option(
+        "codec",
+        "codec (libjpeg, no gradient) or differentiable (the same in torch, with gradients).",
+        choices=get_args(JpegForm),
+    )
+    reference_size: int | None = option(
+        None,
+        "Shorter side of the pictures for which values in px are meant, px; at another size they scale with it. null: "
+        "they are meant as they are at any size.",
+        low=1,
+    )
 
 
 def load_config(path: Path) -> CameraConfig:
     """The checked configuration in a YAML file; UserError where it cannot be."""
     content = files.read(path, "camera")
-    files.check_keys(content, [each.name for each in fields(CameraConfig)], f"camera {path}")
+    check_keys(content, [each.name for each in fields(CameraConfig)], f"camera {path}")
     config = CameraConfig(**cast(dict[str, Any], content))
     try:
         check(config)
@@ -37,10 +50,5 @@ def load_config(path: Path) -> CameraConfig:
 
 def check(config: CameraConfig) -> None:
     """UserError unless every key and value of the configuration can be."""
-    for key, choices in (("encoding", Encoding), ("interpolation", Interpolation), ("jpeg", JpegForm)):
-        value = getattr(config, key)
-        if value not in get_args(choices):
-            raise UserError(f"{key} is '{value}': {nearest(str(value), get_args(choices))}")
-    if config.reference_size is not None and config.reference_size < 1:
-        raise UserError(f"reference_size is {config.reference_size}, expected at least 1 px")
+    validate(config)
     effect_ranges(config.effects, CAMERA_EFFECTS)

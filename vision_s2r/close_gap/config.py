@@ -1,29 +1,31 @@
 """What closing the loop is told."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from vision_s2r.errors import UserError
+from vision_s2r.options import option
 
 
 @dataclass
 class CloseGapConfig:
-    """Cameras, what is trained under them, and from where."""
+    """A diagnosed camera becomes the one that the translator trains under: cameras, what is trained, and from where."""
 
-    withheld: int = 5  # cameras drawn where no recording is given
-    frames: int = 16  # pairs in the recording of a withheld camera
-    truth: str = ""  # the true camera of the recording (YAML), where it is known: the oracle, and the judge
-    translator: str = "outputs/cpu/translator-0/best.safetensors"
-    policy: str = "outputs/cpu/policy-0/best.safetensors"
-    steps: int = 1200  # of fine-tuning
-    learning_rate: float = 1e-3  # of fine-tuning, at its highest
-    everything: str = "harsh"  # camera of configs/camera: what randomizing it all means
-    effects: list[str] = field(default_factory=list)  # that withheld cameras may have; empty: all
-
-
-def check(cfg: CloseGapConfig) -> None:
-    """UserError unless every value can be."""
-    for key, least in (("withheld", 1), ("frames", 4), ("steps", 1)):
-        if getattr(cfg, key) < least:
-            raise UserError(f"close_gap.{key} is {getattr(cfg, key)}, expected {least} or more")
-    if cfg.learning_rate <= 0:
-        raise UserError(f"close_gap.learning_rate is {cfg.learning_rate}, expected above 0")
+    withheld: int = option(
+        5, "Cameras drawn, with three effects each that the diagnosis is not told, where no recording is given.", low=1
+    )
+    frames: int = option(16, "Pairs in the recording of each of them.", low=4)
+    effects: list[str] = option([], "Effects that they may have, by name; empty: all.")
+    truth: str = option(
+        "",
+        "With one recording: its true camera (a YAML file as in configs/camera), where that is known. Empty: it is "
+        "not, and the table looks through the diagnosed one.",
+    )
+    translator: str = option(
+        "outputs/cpu/translator-0/best.safetensors", "The translator as it was: a released checkpoint."
+    )
+    policy: str = option("outputs/cpu/policy-0/best.safetensors", "The policy that grasps: a released checkpoint.")
+    steps: int = option(1200, "Of fine-tuning under each camera.", low=1)
+    learning_rate: float = option(1e-3, "Of fine-tuning, at its highest.", above=0)
+    everything: str = option(
+        "harsh",
+        "The camera of configs/camera that the rival is fine-tuned under: everything randomized, nothing diagnosed.",
+    )

@@ -11,7 +11,6 @@ import numpy as np
 
 from vision_s2r.camera import CameraConfig, load_config
 from vision_s2r.cli import compose, log_to_terminal
-from vision_s2r.close_gap.config import check
 from vision_s2r.close_gap.picture import draw
 from vision_s2r.close_gap.withheld import Withheld, withhold
 from vision_s2r.config import Config
@@ -22,6 +21,7 @@ from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig, through_cameras
 from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
+from vision_s2r.options import validate
 from vision_s2r.paths import CONFIGS
 from vision_s2r.pipeline import judge, render_sets, test_scene, training_sets
 from vision_s2r.recording.folders import folders
@@ -53,7 +53,7 @@ def close_gap(cfg: Config) -> Path:
     true camera (true_effects), and under a preset that randomizes everything. All three take the same steps from the
     same weights. Raises UserError where something does not fit.
     """
-    check(cfg.close_gap)
+    validate(cfg.close_gap, "close_gap")
     out = Path(cfg.out) / "close_gap"
     render_sets(cfg)
     cameras = _given(cfg) if cfg.recording else _withheld(cfg, out)

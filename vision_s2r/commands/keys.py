@@ -1,8 +1,10 @@
-"""The keys of a command's configuration with the comments over them, read from the files without Hydra."""
+"""The keys of a command's configuration with their comments, from files: help and completion import nothing else."""
 
+import json
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -10,17 +12,19 @@ import yaml
 from vision_s2r.commands.table import Command
 from vision_s2r.paths import CONFIGS
 
+TABLE = Path(__file__).with_name("keys.json")  # of config_reference: every key, its default, its comment
 _OWN = ("defaults", "hydra")  # Hydra's, not the task's
 _GLOBAL = "@package _global_"  # of a file whose keys land at the top
+_NAMED = ".NAME."  # in keys below what the user names
 
 
 @dataclass(frozen=True)
 class Key:
-    """One key, with its value as the file has it; that of a key that holds others is None."""
+    """One key, with its value where nothing else is given; that of a key that holds others is None."""
 
     name: str
     value: str | None
-    comment: str  # empty where it shares that of the key before it
+    comment: str
 
 
 @dataclass(frozen=True)
@@ -34,10 +38,18 @@ class Group:
 
 
 def keys(command: Command, every: bool = False) -> list[Key]:
-    """What the command's help explains, or every key that it takes, in the order of the files."""
-    found = _sections(command.config)
-    chosen = found if every or not command.keys else command.keys
-    return [key for section in chosen for key in found[section]]
+    """What the command's help explains, or every key that it takes, in the order of the configuration."""
+    found = _keys(command.config)
+    if every or not command.keys:
+        return found
+    return [key for part in command.keys for key in found if _belongs(key, part, found)]
+
+
+def _belongs(key: Key, part: str, found: list[Key]) -> bool:
+    """Whether a key is in a part of the configuration, "" being what is at its top and in no part."""
+    parts = {each.name for each in found if each.value is None and "." not in each.name}
+    top = key.name.partition(".")[0]
+    return key.name.startswith(f"{part}.") if part else top not in parts
 
 
 def groups(command: Command) -> list[Group]:
@@ -59,52 +71,41 @@ def _groups(config: str) -> Iterator[Group]:
 
 
 @cache
-def _sections(config: str) -> dict[str, list[Key]]:
-    """Keys by the part of the configuration that they are in: "" for those at its top."""
-    found: dict[str, list[Key]] = {"": []}
+def _keys(config: str) -> list[Key]:
+    """Every key with the value that the files give it, which the usual choices name."""
+    table = json.loads(TABLE.read_text(encoding="utf-8"))
+    found = {name: Key(name, value, comment) for name, value, comment in table.get(config, table["config"])}
+    for name, value in _set(config):
+        if name in found and found[name].value is not None:
+            found[name] = replace(found[name], value=value)
+    return [key for key in found.values() if _NAMED not in key.name]
+
+
+def _set(config: str) -> Iterator[tuple[str, str]]:
+    """What a file and its usual choices set: names and values."""
     for entry in _load(config).get("defaults", []):
         if isinstance(entry, str) and (CONFIGS / f"{entry}.yaml").exists():
-            found |= _sections(entry)
-    found[""] = [*_file(config, ""), *found[""]]
+            yield from _set(entry)
     for group in _groups(config):
-        name = f"{group.key.partition('@')[0]}/{group.chosen}"
-        if _GLOBAL in (CONFIGS / f"{name}.yaml").read_text(encoding="utf-8"):  # sizes of others' keys, and its own
-            found[""] += [key for key in _file(name, "") if key.name.startswith(f"{group.package}.")]
-        else:
-            found[group.package] = list(_file(name, f"{group.package}."))
-    return found
+        path = CONFIGS / group.key.partition("@")[0] / f"{group.chosen}.yaml"
+        if _GLOBAL not in path.read_text(encoding="utf-8"):  # sizes of it all are no defaults
+            yield from _leaves(_read(path), f"{group.package}.")
+    yield from _leaves(_load(config), "")
+
+
+def _leaves(content: dict[str, Any], prefix: str) -> Iterator[tuple[str, str]]:
+    for name, value in content.items():
+        if prefix or name not in _OWN:
+            if isinstance(value, dict):
+                yield from _leaves(value, f"{prefix}{name}.")
+            text = yaml.safe_dump(value, default_flow_style=True, allow_unicode=True, width=10**9, sort_keys=False)
+            yield f"{prefix}{name}", text.removesuffix("...\n").strip()
 
 
 def _load(name: str) -> dict[str, Any]:
-    content: dict[str, Any] = yaml.safe_load((CONFIGS / f"{name}.yaml").read_text(encoding="utf-8"))
+    return _read(CONFIGS / f"{name}.yaml")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
     return content
-
-
-def _file(name: str, prefix: str) -> Iterator[Key]:
-    text = (CONFIGS / f"{name}.yaml").read_text(encoding="utf-8")
-    root, lines = yaml.compose(text, yaml.SafeLoader), text.splitlines()
-    lines[0] = ""  # says what the file is, not what its first key is
-    for key, value in root.value if isinstance(root, yaml.MappingNode) else []:
-        if key.value not in _OWN:
-            yield from _keys(key, value, prefix, lines)
-
-
-def _keys(key: yaml.Node, value: yaml.Node, prefix: str, lines: list[str]) -> Iterator[Key]:
-    name, comment = f"{prefix}{key.value}", _comment(lines, key.start_mark.line)
-    if not isinstance(value, yaml.MappingNode) or value.flow_style:
-        plain = yaml.safe_load(yaml.serialize(value))
-        shown = yaml.safe_dump(plain, default_flow_style=True, allow_unicode=True, width=10**9)
-        yield Key(name, shown.removesuffix("...\n").strip(), comment)
-        return
-    if comment:
-        yield Key(name, None, comment)
-    for below, what in value.value:
-        yield from _keys(below, what, f"{name}.", lines)
-
-
-def _comment(lines: list[str], at: int) -> str:
-    """The comment in the lines directly above line `at`."""
-    first = at
-    while first and lines[first - 1].lstrip().startswith("#"):
-        first -= 1
-    return " ".join(line.lstrip("# ") for line in lines[first:at])

@@ -1,147 +1,229 @@
-"""Keys of configs/control.yaml, where each is described."""
+"""The configuration of controllers trained across the dynamics gap."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
+from hydra.core.config_store import ConfigStore
+from omegaconf import OmegaConf
+
 from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
+
+Effects = dict[str, dict[str, Any]]  # by effect and parameter: a number or [low, high]
+FRICTION: Effects = {"viscous_damping": {"value": [0.08, 0.20]}, "coulomb_friction": {"value": [0.01, 0.06]}}
 
 
 @dataclass
 class JointConfig:
-    """The nominal joint, as `vision_s2r.joint.Nominal`."""
+    """The joint as the simulator believes it to be, as `vision_s2r.joint.Nominal`."""
 
-    torque_constant: float = 0.5
-    inertia: float = 0.02
-    viscous_damping: float = 0.1
-    coulomb_friction: float = 0.02
-    gravity_torque: float = 0.0
-    bias_torque: float = 0.0
+    torque_constant: float = option(0.5, "N·m/A.")
+    inertia: float = option(0.02, "kg·m².")
+    viscous_damping: float = option(0.1, "N·m·s/rad.")
+    coulomb_friction: float = option(0.02, "N·m.")
+    gravity_torque: float = option(0.0, "N·m.")
+    bias_torque: float = option(0.0, "N·m.")
 
 
 @dataclass
 class ControlTaskConfig:
     """Speed tracking: an episode is a row of target speeds, each held for a while."""
 
-    sample_time: float = 0.01
-    lowest: float = 1.0
-    highest: float = 8.0
-    max_current: float = 4.0
-    targets: int = 25
-    hold: float = 0.4
-    settled: float = 0.1
-    tolerance: float = 0.01
+    sample_time: float = option(0.01, "Between commands, s.", above=0)
+    lowest: float = option(1.0, "Target speeds are drawn from ± this on, rad/s …", above=0)
+    highest: float = option(8.0, "… up to ± this, rad/s.", above=0)
+    max_current: float = option(4.0, "The most that can be commanded, A.", above=0)
+    targets: int = option(25, "An episode.", low=1)
+    hold: float = option(0.4, "For which each is held, s.", above=0)
+    settled: float = option(0.1, "The speed that counts is the mean of the last seconds of a target: so many.", above=0)
+    tolerance: float = option(
+        0.01, "It is reached where that speed is off by no more than this share of the target.", above=0
+    )
 
 
 @dataclass
 class ControlTrainingConfig:
     """PPO."""
 
-    envs: int = 256
-    steps: int = 2_000_000
-    rollout: int = 125
-    batch: int = 4000
-    epochs: int = 8
-    learning_rate: float = 2e-3
-    decay: float = 1.0
-    discount: float = 0.9
-    trace: float = 0.9
-    clip: float = 0.2
-    first_std: float = 0.37
-    hidden: list[int] = field(default_factory=lambda: [32, 32])
+    envs: int = option(256, "Joints side by side.", low=1)
+    steps: int = option(2_000_000, "Environment steps of a training, all joints together.", low=1)
+    rollout: int = option(125, "Steps of each joint between updates; divides the samples of an episode.", low=1)
+    batch: int = option(4000, "Samples of a gradient step.", low=1)
+    epochs: int = option(8, "Passes over a rollout.", low=1)
+    learning_rate: float = option(2e-3, "Of Adam.", above=0)
+    decay: float = option(1.0, "In the last part of the steps, by this share, it falls to a fiftieth.")
+    discount: float = option(0.9, "PPO's discount.", low=0, high=1)
+    trace: float = option(0.9, "Trace decay of the advantage (GAE).", low=0, high=1)
+    clip: float = option(0.2, "PPO's clipping range.", above=0)
+    first_std: float = option(0.37, "Standard deviation of actions, in units of max_current, to begin with.", above=0)
+    hidden: list[int] = option([32, 32], "Width of each hidden layer.", low=1)
 
 
 @dataclass
 class PolicyConfig:
     """A policy to train: what it sees, and the machines that it is trained on."""
 
-    history: int = 0
-    # By effect: probability (1 if left out) and each of its parameters, a number or [low, high].
-    effects: dict[str, dict[str, Any]] = field(default_factory=dict)
-    distribution: str = ""
+    history: int = option(0, "How many samples back (velocity and current) it sees.", low=0)
+    effects: Effects = option(
+        {}, "By effect: probability (1 if left out) and each of its parameters, a number or [low, high]."
+    )
+    distribution: str = option(
+        "", "Instead of effects: a file of ranges or of a posterior, as `vision-s2r identify` writes it."
+    )
 
 
 @dataclass
 class DriftConfig:
-    """Damping that grows while the joint runs."""
+    """Damping that grows steadily from the true one while the joint runs at one speed."""
 
-    minutes: float = 60.0
-    damping: float = 0.25
-    speed: float = 5.0
+    minutes: float = option(60.0, "For which the joint runs.", above=0)
+    damping: float = option(0.25, "In the end, N·m·s/rad; the randomized range ends at 0.20.", low=0)
+    speed: float = option(5.0, "rad/s.", above=0)
 
 
 @dataclass
 class ControlAblationConfig:
     """One randomization frozen at a time."""
 
-    policy: PolicyConfig = field(default_factory=PolicyConfig)
-    groups: dict[str, list[str]] = field(default_factory=dict)
-    reality: dict[str, dict[str, Any]] = field(default_factory=dict)
-    machines: int = 200
-    seeds: int = 5
-    steps: int = 1_500_000
+    policy: PolicyConfig = option(
+        PolicyConfig(
+            history=4,
+            effects={
+                "time_step": {"scale": [0.7, 1.5]},
+                "latency": {"delay": [0.0, 0.02]},
+                "observation_noise": {"sigma": [0.0, 0.1]},
+                **FRICTION,
+                "inertia": {"value": [0.01, 0.06]},
+                "torque_constant": {"value": [0.35, 0.65]},
+            },
+        ),
+        "The policy that is randomized in everything.",
+    )
+    groups: dict[str, list[str]] = option(
+        {
+            "time step and latency": ["time_step", "latency"],
+            "observation noise": ["observation_noise"],
+            "friction": ["viscous_damping", "coulomb_friction"],
+            "inertia": ["inertia"],
+            "gains": ["torque_constant"],
+        },
+        "Of these groups of effects, one at a time stays as the simulator believes it to be.",
+    )
+    reality: Effects = option(
+        {
+            "time_step": {"scale": [0.9, 1.3]},
+            "latency": {"delay": [0.005, 0.015]},
+            "observation_noise": {"sigma": [0.02, 0.06]},
+            "viscous_damping": {"value": [0.13, 0.17]},
+            "coulomb_friction": {"value": [0.04, 0.06]},
+            "inertia": {"value": [0.03, 0.05]},
+            "torque_constant": {"value": [0.40, 0.45]},
+        },
+        "Machines that it is tried on.",
+    )
+    machines: int = option(200, "How many of them.", low=1)
+    seeds: int = option(5, "Trainings of each policy.", low=1)
+    steps: int = option(1_500_000, "Environment steps of a training.", low=1)
 
 
 @dataclass
 class ControlAdrConfig:
-    """Ranges that adr by themselves, against hand-picked ones."""
+    """Automatic domain randomization, against hand-picked ranges."""
 
-    history: int = 8
-    steps: int = 6_000_000
-    evaluations: int = 2048
-    every: int = 2
-    buffer: int = 240
-    threshold_high: float = 20.0
-    threshold_low: float = 10.0
-    step: float = 0.02
-    boundary_probability: float = 0.5
-    until: float = 0.5
-    decay: float = 0.4
-    tolerance: float = 0.05
-    limits: dict[str, dict[str, Any]] = field(default_factory=dict)
-    rival: str = "history"
-    reality: dict[str, dict[str, Any]] = field(default_factory=dict)
-    outside: dict[str, dict[str, Any]] = field(default_factory=dict)
-    machines: int = 200
+    history: int = option(8, "How many samples back policies see.", low=0)
+    steps: int = option(6_000_000, "Environment steps of a training.", low=1)
+    evaluations: int = option(2048, "Joints on which the policy is tried each time: simulating is cheap here.", low=1)
+    every: int = option(2, "Of its updates between these trials.", low=1)
+    buffer: int = option(240, "Results at a boundary from which a decision is made.")
+    threshold_high: float = option(
+        20.0, "Targets reached (of task.targets) at a boundary from which on it moves outwards …"
+    )
+    threshold_low: float = option(10.0, "… and down from which inwards.")
+    step: float = option(0.02, "By how much it moves, as a share of the limits.")
+    boundary_probability: float = option(0.5, "With which a joint is at a boundary.")
+    until: float = option(
+        0.5, "The share of the steps after which ranges stay as they are, for the policy to become exact within them."
+    )
+    decay: float = option(0.4, "The share of the steps, in the end, over which the learning rate falls.")
+    tolerance: float = option(
+        0.05,
+        "For moving a boundary, a target counts as reached where the joint is off by no more than this share of it.",
+    )
+    limits: Effects = option(
+        {
+            "viscous_damping": {"value": [0.0, 0.4]},
+            "coulomb_friction": {"value": [0.0, 0.2]},
+            "inertia": {"value": [0.005, 0.1]},
+            "torque_constant": {"value": [0.25, 1.0]},
+        },
+        "Up to which ranges may widen, from the nominal joint on: by effect and parameter, [low, high].",
+    )
+    rival: str = option("history", "The policy whose hand-picked ranges it is compared with.")
+    reality: Effects = option(
+        {
+            "viscous_damping": {"value": [0.09, 0.18]},
+            "coulomb_friction": {"value": [0.03, 0.08]},
+            "inertia": {"value": [0.015, 0.04]},
+            "torque_constant": {"value": [0.42, 0.52]},
+        },
+        "Machines of reality, of which coverage is measured.",
+    )
+    outside: Effects = option(
+        {
+            "viscous_damping": {"value": [0.20, 0.30]},
+            "coulomb_friction": {"value": [0.06, 0.12]},
+            "inertia": {"value": [0.02, 0.06]},
+            "torque_constant": {"value": [0.40, 0.55]},
+        },
+        "Machines outside the hand-picked ranges.",
+    )
+    machines: int = option(200, "How many of each.", low=1)
 
 
 @dataclass
 class ControlConfig:
-    """Everything that scripts/control.py reads."""
+    """Everything that `vision-s2r control` reads."""
 
-    out: str = "outputs/control"
-    seed: int = 0
-    seeds: int = 3
-    jobs: int = 2
-    nominal: JointConfig = field(default_factory=JointConfig)
-    truth: dict[str, dict[str, Any]] = field(default_factory=dict)
-    task: ControlTaskConfig = field(default_factory=ControlTaskConfig)
-    training: ControlTrainingConfig = field(default_factory=ControlTrainingConfig)
-    policies: dict[str, PolicyConfig] = field(default_factory=dict)
-    payloads: list[float] = field(default_factory=lambda: [1.0])
-    drift: DriftConfig = field(default_factory=DriftConfig)
-    ablation: ControlAblationConfig = field(default_factory=ControlAblationConfig)
-    adr: ControlAdrConfig = field(default_factory=ControlAdrConfig)
+    out: str = option(
+        "outputs/control",
+        "Trained policies (POLICY-SEED/), follow.json, ablate.json, adr.json, and a picture of each.",
+    )
+    seed: int = option(0, "Of the first training.", low=0)
+    seeds: int = option(3, "How many trainings (seed, seed + 1, …) of each policy.", low=1)
+    jobs: int = option(2, "Trainings at a time.", low=1)
+    nominal: JointConfig = option(JointConfig, "The joint as the simulator believes it to be.")
+    truth: Effects = option(
+        {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}},
+        "What is different in reality: effects, and their parameters.",
+    )
+    task: ControlTaskConfig = option(ControlTaskConfig, "Target speeds.")
+    training: ControlTrainingConfig = option(ControlTrainingConfig, "PPO.")
+    policies: dict[str, PolicyConfig] = option(
+        {
+            "default": PolicyConfig(),
+            "randomized": PolicyConfig(effects=FRICTION),
+            "history": PolicyConfig(history=4, effects=FRICTION),
+        },
+        "Policies to train, by name.",
+    )
+    payloads: list[float] = option([0.5, 2.0, 4.0], "How many times its inertia the joint has to move.")
+    drift: DriftConfig = option(DriftConfig, "Damping that grows.")
+    ablation: ControlAblationConfig = option(ControlAblationConfig, "One randomization frozen at a time.")
+    adr: ControlAdrConfig = option(ControlAdrConfig, "Automatic domain randomization.")
 
 
 def check(cfg: ControlConfig) -> None:
     """UserError for a value that cannot be."""
+    validate(cfg)
     task, training = cfg.task, cfg.training
-    if not 0 < task.lowest <= task.highest:
-        raise UserError(f"task: lowest={task.lowest:g}, highest={task.highest:g}: expected 0 < lowest <= highest")
-    for name in ("sample_time", "max_current", "hold", "settled", "tolerance"):
-        if not getattr(task, name) > 0:
-            raise UserError(f"task: {name}={getattr(task, name):g}, expected more than 0")
+    if task.lowest > task.highest:
+        raise UserError(f"task.lowest = {task.lowest:g}: expected up to task.highest = {task.highest:g}")
     if not task.sample_time <= task.settled <= task.hold:
-        raise UserError(f"task: settled={task.settled:g}, expected {task.sample_time:g} to hold={task.hold:g}")
-    for name in ("envs", "steps", "rollout", "batch", "epochs"):
-        if getattr(training, name) < 1:
-            raise UserError(f"training: {name}={getattr(training, name)}, expected 1 or more")
+        raise UserError(f"task.settled = {task.settled:g}: expected {task.sample_time:g} to task.hold = {task.hold:g}")
     if episode_samples(task) % training.rollout:
         raise UserError(
-            f"training: rollout={training.rollout}, expected to divide an episode's {episode_samples(task)} samples"
+            f"training.rollout = {training.rollout}: expected to divide an episode's {episode_samples(task)} samples"
         )
-    if cfg.seeds < 1 or cfg.jobs < 1 or cfg.seed < 0 or task.targets < 1:
-        raise UserError("expected seeds, jobs and task.targets of 1 or more, and seed of 0 or more")
 
 
 def held_samples(task: ControlTaskConfig) -> int:
@@ -152,3 +234,7 @@ def held_samples(task: ControlTaskConfig) -> int:
 def episode_samples(task: ControlTaskConfig) -> int:
     """Samples of an episode."""
     return task.targets * held_samples(task)
+
+
+# Without types, which OmegaConf would ask of a policy that the command line adds; `compose` checks them afterwards.
+ConfigStore.instance().store("control_schema", node=OmegaConf.to_container(OmegaConf.structured(ControlConfig)))

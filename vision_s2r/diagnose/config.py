@@ -1,11 +1,11 @@
-"""The configuration of a diagnosis, as configs/diagnose.yaml has it."""
+"""The configuration of a diagnosis."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
-from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
 from vision_s2r.recording.folders import folders
 
 
@@ -13,48 +13,57 @@ from vision_s2r.recording.folders import folders
 class SearchConfig:
     """When an effect is worth a name, and how far the search goes."""
 
-    evidence: float = 8.0  # nats of held-out log-likelihood that an effect must bring
-    local: float = 10.0  # nats that are enough where the floor is reached, wherever they come from
-    confidence: float = 0.999  # at which the evidence must be above zero, by block bootstrap
-    relief: float = 0.03  # by which it must lower the excess, in units of the noise's variance …
-    share: float = 0.03  # … and by which share of the excess over the floor
-    promising: float = 20.0  # nats that an effect must seem to gain to be tried where the floor is reached
-    adequate: float = 0.10  # an excess over the floor up to this is none
-    tolerance: float = 0.05  # … nor is one of up to this share of what the nominal simulator leaves
-    most: int = 5  # effects named at most
-    folds: int = 5  # of segments, held out in turn
-    beam: int = 3  # sets that are grown at each size
-    breadth: int = 12  # effects tried on each of them, the most promising by the screen
-    contenders: int = 4  # grown sets that are held out
+    evidence: float = option(8.0, "Nats of held-out log-likelihood that an effect must bring.", low=0)
+    local: float = option(
+        10.0, "… or, where the floor is reached, so many, wherever in the recording they come from.", low=0
+    )
+    confidence: float = option(
+        0.999, "At which the former must be above zero, by bootstrap over blocks.", low=0.5, below=1
+    )
+    relief: float = option(
+        0.03,
+        "By how much an effect must lower the mean squared residual, in units of the noise's variance …",
+        low=0,
+    )
+    share: float = option(0.03, "… and by which share of what there is over the floor.", low=0)
+    promising: float = option(
+        20.0, "Nats that one more effect must seem to gain, to be tried where the floor is reached already.", low=0
+    )
+    adequate: float = option(
+        0.10, "A mean squared residual that exceeds the noise's by no more than this is at the floor.", low=0
+    )
+    tolerance: float = option(
+        0.05,
+        "… and beside an effect whose form is only roughly known (how hard is the contact in a backlash?) a rest is "
+        "explained up to this share of what the nominal simulator leaves.",
+        low=0,
+    )
+    most: int = option(5, "Effects named at most.", low=1)
+    folds: int = option(5, "Parts that the segments are held out in.", low=2)
+    beam: int = option(3, "Sets of each size that are grown further.", low=1)
+    breadth: int = option(12, "Effects tried on each of them, the most promising by the screen.", low=1)
+    contenders: int = option(4, "Grown sets that are held out.", low=1)
 
 
 @dataclass
 class DiagnoseConfig:
-    """Everything that scripts/diagnose.py reads."""
+    """Everything that `vision-s2r diagnose` reads."""
 
-    recording: Any = None  # DIR or [DIR, …]
-    out: str = "outputs/diagnosis"
-    jobs: int = 2
-    seed: int = 0
-    withhold: list[str] = field(default_factory=list)
-    joint: SearchConfig = field(default_factory=SearchConfig)
-    camera: SearchConfig = field(default_factory=SearchConfig)
+    recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
+    out: str = option("outputs/diagnosis", "Folder of the report; of several recordings, each gets a folder in it.")
+    jobs: int = option(2, "Processes for several recordings, threads for one.", low=1)
+    seed: int = option(0, "Of the bootstrap; the same seed gives the same report, whatever the number of jobs.", low=0)
+    withhold: list[str] = option([], "Effects that the diagnosis is to know nothing of, by name.")
+    joint: SearchConfig = option(SearchConfig, "The search for what a joint has.")
+    camera: SearchConfig = option(
+        SearchConfig(folds=2, beam=1, breadth=4, contenders=2), "The search for what a camera has."
+    )
 
 
 def check(cfg: DiagnoseConfig) -> None:
     """UserError unless every value can be."""
-    for kind, search in (("joint", cfg.joint), ("camera", cfg.camera)):
-        for key in ("evidence", "local", "relief", "share", "promising", "adequate", "tolerance"):
-            if getattr(search, key) < 0:
-                raise UserError(f"{kind}.{key} is {getattr(search, key)}, expected 0 or more")
-        if not 0.5 <= search.confidence < 1:
-            raise UserError(f"{kind}.confidence is {search.confidence}, expected 0.5 to below 1")
-        for key, least in (("most", 1), ("folds", 2), ("beam", 1), ("breadth", 1), ("contenders", 1)):
-            if getattr(search, key) < least:
-                raise UserError(f"{kind}.{key} is {getattr(search, key)}, expected {least} or more")
+    validate(cfg)
     folders(cfg.recording)
-    if cfg.jobs < 1:
-        raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
 
 
 ConfigStore.instance().store("diagnose_schema", node=DiagnoseConfig)

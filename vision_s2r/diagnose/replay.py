@@ -15,6 +15,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import free_run, measured
+from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
@@ -26,13 +27,13 @@ COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k 
 
 @dataclass
 class ReplayConfig:
-    """Everything that `vision-s2r replay` reads, as configs/replay.yaml has it."""
+    """Everything that `vision-s2r replay` reads."""
 
-    recording: Any = None  # DIR or [DIR, …]
-    report: str = ""
-    out: str = "outputs/replay"
-    jobs: int = 2
-    seed: int = 0
+    recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
+    report: str = option("", "The report.json of a diagnosis of the same machine.")
+    out: str = option("outputs/replay", "Folder of the replay; of several recordings, each gets a folder in it.")
+    jobs: int = option(2, "Recordings at a time.", low=1)
+    seed: int = option(0, "Of the noise in the pictures `after`; the same seed gives the same pictures.", low=0)
 
 
 ConfigStore.instance().store("replay_schema", node=ReplayConfig)
@@ -47,8 +48,7 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
     given = folders(cfg.recording)
     if not cfg.report:
         raise UserError("report is missing, expected report=FILE, the report.json of a diagnosis")
-    if cfg.jobs < 1:
-        raise UserError(f"jobs is {cfg.jobs}, expected 1 or more")
+    validate(cfg)
     report = read_report(cfg.report)
     outs = outputs(cfg.out, given)
     parallel = joblib.Parallel(min(cfg.jobs, len(given)), return_as="generator")

@@ -1,10 +1,12 @@
 """What the transfer table compares, on which scenes and under which cameras."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.options import option, validate
+from vision_s2r.render.config import check_workers
 
 PICTURES = ("canonical", "source")
 APPEARANCES = ("canonical", "randomized", "real")
@@ -20,10 +22,18 @@ class RowConfig:
     out.
     """
 
-    policy: list[str] = field(default_factory=list)
-    translator: list[str] | None = None
-    picture: str = "source"
-    trained_on: str = "canonical"
+    policy: list[str] = option([], "Its checkpoints, one for each training seed; none: the row is left out.")
+    translator: list[str] | None = option(
+        None, "As many, used in the same order; null: the row has none, []: not there yet, the row is left out."
+    )
+    picture: str = option(
+        "source",
+        "What it looks at: source (the column's picture) or canonical (the true canonical render).",
+        choices=PICTURES,
+    )
+    trained_on: str = option(
+        "canonical", "What its policy was trained on: canonical, randomized or seen pictures.", choices=POLICIES
+    )
 
     @property
     def present(self) -> bool:
@@ -35,21 +45,42 @@ class RowConfig:
 class EvaluateConfig:
     """A transfer table: rows of policies, columns of pictures, the same scenes in every cell."""
 
-    scenes: str = "renders/test"
-    out: str = "outputs/evaluate"
-    limit: int = 0
-    seed: int = 0
-    appearances: list[str] = field(default_factory=lambda: list(APPEARANCES))
-    cameras: list[str] = field(default_factory=list)
-    effects: list[str] = field(default_factory=list)
-    rows: dict[str, RowConfig] = field(default_factory=dict)
-    differences: list[list[str]] = field(default_factory=list)
-    ratios: list[list[str]] = field(default_factory=list)
-    failures: list[str] = field(default_factory=list)
-    strip: int = 5
-    worst: int = 12
-    backend: str = "loky"
-    workers: int = -1
+    scenes: str = option(
+        "renders/test",
+        "Folder of rendered test scenes: unseen objects (scene.objects.split=test), randomized and real pictures.",
+    )
+    out: str = option(
+        "outputs/evaluate",
+        "Where the table goes: table.csv, table.json, index.html, and the finished cells, from which it goes on.",
+    )
+    limit: int = option(0, "How many of the scenes, from the first; 0: all.", low=0)
+    seed: int = option(0, "Of the cameras' parameters, of the policies' search and of the bootstrap.", low=0)
+    appearances: list[str] = option(
+        list(APPEARANCES),
+        "A column for each of these appearances, through a perfect camera.",
+        choices=APPEARANCES,
+        unique=True,
+    )
+    cameras: list[str] = option(
+        [],
+        "A column for each of these cameras on the real appearance: names in configs/camera, or YAML files.",
+        unique=True,
+    )
+    effects: list[str] = option(
+        [],
+        "A column for each of these camera effects alone, at its moderate setting, on the real appearance.",
+        unique=True,
+    )
+    rows: dict[str, RowConfig] = option({}, "By name: policies, what they look at, and what translates it first.")
+    differences: list[list[str]] = option([], "Differences of success, first row minus second, over the same scenes.")
+    ratios: list[list[str]] = option([], "Ratios of success, first row over second.")
+    failures: list[str] = option(
+        [], "The worst failures shown: of the first row, in scenes where the second succeeded."
+    )
+    strip: int = option(5, "Scenes in the picture strip of each column.", low=0)
+    worst: int = option(12, "How many of the worst failures are shown.", low=0)
+    backend: str = option("loky", "joblib's backend: loky (processes of this machine).")
+    workers: int = option(-1, "Processes of the backend; -1: one a core.", low=-1)
 
 
 def through_cameras(cfg: EvaluateConfig, rows: dict[str, RowConfig], cameras: list[str], out: Path) -> EvaluateConfig:
@@ -60,18 +91,8 @@ def through_cameras(cfg: EvaluateConfig, rows: dict[str, RowConfig], cameras: li
 
 def check(cfg: EvaluateConfig) -> None:
     """Raise UserError for what contradicts itself; the names of cameras and effects are checked where they are read."""
-    for name in ("limit", "seed", "strip", "worst"):
-        if getattr(cfg, name) < 0:
-            raise UserError(f"evaluate.{name} = {getattr(cfg, name)}: expected 0 or more")
-    if cfg.workers == 0:
-        raise UserError("evaluate.workers = 0: expected a number of processes, or -1 for one a core")
-    for name in cfg.appearances:
-        if name not in APPEARANCES:
-            raise UserError(f"evaluate.appearances: {name}, {nearest(name, APPEARANCES)}")
-    for name in ("appearances", "cameras", "effects"):
-        given = getattr(cfg, name)
-        if len(set(given)) < len(given):
-            raise UserError(f"evaluate.{name} = {given}: expected each once")
+    validate(cfg, "evaluate")
+    check_workers("evaluate", cfg.workers)
     for name, row in cfg.rows.items():
         _check_row(name, row)
     if not any(row.present for row in cfg.rows.values()):
@@ -85,9 +106,6 @@ def check(cfg: EvaluateConfig) -> None:
 
 def _check_row(name: str, row: RowConfig) -> None:
     where = f"evaluate.rows.{name}"
-    for key, known in (("picture", PICTURES), ("trained_on", POLICIES)):
-        if getattr(row, key) not in known:
-            raise UserError(f"{where}.{key} = '{getattr(row, key)}': {nearest(getattr(row, key), known)}")
     if row.translator is None:
         return
     if row.picture == "canonical":

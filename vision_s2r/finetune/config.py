@@ -1,8 +1,9 @@
 """What is fine-tuned, on how many real grasps."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
@@ -11,29 +12,43 @@ SCRATCH = "from_scratch"
 
 @dataclass
 class FinetuneConfig:
-    """The curve: starts, numbers of real grasps, and how long each training is."""
+    """Few real grasps: policies fine-tuned on the first grasps that robots recorded, and one that knows nothing else.
 
-    counts: list[int] = field(default_factory=lambda: [0, 50, 200, 1000, 5000])
-    starts: list[str] = field(default_factory=list)  # rows of the comparison
-    seeds: int = 3  # of the policy that learns from real grasps alone
-    epochs: float = 30.0
-    least_steps: int = 60
-    most_steps: int = 1500
-    scratch_steps: int = 3000  # of the policy that learns from real grasps alone, at most
-    cameras: list[str] = field(default_factory=lambda: ["webcam", "industrial", "phone", "harsh"])
-    limit: int = 125
-    training: TrainingConfig = field(
-        default_factory=lambda: TrainingConfig(max_steps=1, batch_size=16, learning_rate=3e-4, metric="bce")
+    The grasps are those of data.real, through adapt.cameras.
+    """
+
+    counts: list[int] = option(
+        [0, 50, 200, 1000, 5000],
+        "Numbers of labelled real grasps; they are taken in whole scenes.",
+        low=0,
+        rising=True,
+        unique=True,
+    )
+    starts: list[str] = option(
+        ["domain_randomization", "rcan", "rl_cyclegan", "rl_cyclegan_policy"],
+        "Policies to begin with, rows of the comparison (configs/evaluate/methods.yaml); its trainings are theirs.",
+    )
+    seeds: int = option(3, "Training seeds of the policy that begins from scratch; its form is that of grasp.", above=0)
+    epochs: float = option(20.0, "How often a training sees its grasps; from scratch ten times as often.", above=0)
+    least_steps: int = option(60, "Steps of a training, at least.", above=0)
+    most_steps: int = option(600, "Steps of a training, at most.", above=0)
+    scratch_steps: int = option(2500, "Steps from scratch, at most.", above=0)
+    cameras: list[str] = option(
+        ["webcam", "industrial", "phone", "harsh"], "Success is measured through each of these (configs/camera)."
+    )
+    limit: int = option(100, "Over the first so many scenes of data.test.", low=0)
+    training: TrainingConfig = option(
+        TrainingConfig(max_steps=1, batch_size=16, learning_rate=3e-4, metric="bce"),
+        "Of every fine-tuning; max_steps and validate_every follow from the keys above. From scratch the learning rate "
+        "is that of grasp. It is validated once, at its end, for the log.",
     )
 
 
 def check(cfg: FinetuneConfig) -> None:
     """Raises UserError where a value is out of its range."""
+    validate(cfg, "finetune")
     training_config.check(cfg.training)
-    if not cfg.counts or min(cfg.counts) < 0 or sorted(set(cfg.counts)) != list(cfg.counts):
-        raise UserError(f"finetune.counts = {list(cfg.counts)}: expected numbers of grasps, 0 or more, rising")
-    for key in ("seeds", "epochs", "least_steps", "most_steps", "scratch_steps"):
-        if getattr(cfg, key) <= 0:
-            raise UserError(f"finetune.{key} = {getattr(cfg, key)}: expected a number above 0")
+    if not cfg.counts:
+        raise UserError("finetune.counts is empty: expected numbers of grasps")
     if SCRATCH in cfg.starts:
         raise UserError(f"finetune.starts.{SCRATCH}: the name is taken by the policy without a start")

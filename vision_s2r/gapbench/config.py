@@ -1,43 +1,71 @@
 """What a sealed benchmark draws and how it is scored."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+
+from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.gapbench.generate.base import CASES, SPLITS
+from vision_s2r.options import option, validate
 
 STAGES = ("generate", "score", "all")
 KINDS = ("joint", "camera")
+COUNTS = {
+    "null": 20,
+    "dynamics": 18,
+    "single": 34,
+    "pair": 22,
+    "triple": 11,
+    "unknown": 20,
+    "known_unknown": 11,
+    "weak": 17,
+    "all_nominal": 11,
+    "left_out": 17,
+    "unpaired": 10,
+}
 
 
 @dataclass
 class GapbenchConfig:
-    """Keys of configs/gapbench.yaml, where each is described."""
+    """Everything that `vision-s2r gapbench` reads: machines with withheld answers, and the score of their diagnoses."""
 
-    stage: str = "all"
-    kind: str = "joint"
-    set: str = "tuning"
-    seed: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
-    jobs: int = 2
-    limit: int = 0
-    timeout: float = 300.0
-    out: str = "outputs/gapbench"
-    diagnose: list[str] = field(default_factory=list)
+    stage: str = option(
+        "all",
+        "generate (draw and write the recordings), score (diagnose each, then open the answers and score), or all.",
+        choices=STAGES,
+    )
+    kind: str = option("joint", "Of machine.", choices=KINDS)
+    set: str = option(
+        "tuning",
+        "tuning (to develop on) or reporting (other machines and other unknown effects: run once, for the published "
+        "table).",
+        choices=SPLITS,
+    )
+    seed: int = option(0, "Of the machines.", low=0)
+    counts: dict[str, int] = option(
+        COUNTS,
+        "How many machines of each case; a case that the kind does not have is passed over, effects are taken in turn.",
+        low=0,
+    )
+    jobs: int = option(2, "How many processes at a time.", low=1)
+    limit: int = option(0, "How many of the recordings to score, from the first; 0: all.", low=0)
+    timeout: float = option(300.0, "Seconds after which a diagnosis is stopped and counts as failed.", above=0)
+    out: str = option(
+        "outputs/gapbench",
+        "Folder of recordings/, commitments.json, answers.json, reports/, results.json, table.md, *.png.",
+    )
+    diagnose: list[str] = option(
+        [],
+        "The command that diagnoses; recording=, out= and withhold= are appended. Empty: `vision-s2r diagnose`.",
+    )
 
 
 def check(cfg: GapbenchConfig) -> None:
     """Raise UserError for a value that is out of range."""
-    for key, value, known in (
-        ("stage", cfg.stage, STAGES),
-        ("kind", cfg.kind, KINDS),
-        ("set", cfg.set, SPLITS),
-    ):
-        if value not in known:
-            raise UserError(f"gapbench: {key}={value} is not known; {nearest(value, known)}")
-    for case, count in cfg.counts.items():
+    validate(cfg)
+    for case in cfg.counts:
         if case not in CASES:
             raise UserError(f"gapbench: no case '{case}' in counts; {nearest(case, CASES)}")
-        if count < 0:
-            raise UserError(f"gapbench: counts.{case}={count}, expected 0 or more")
-    if cfg.jobs < 1 or cfg.seed < 0 or cfg.limit < 0 or cfg.timeout <= 0:
-        raise UserError("gapbench: expected jobs ≥ 1, seed ≥ 0, limit ≥ 0 and timeout > 0")
+
+
+ConfigStore.instance().store("gapbench_schema", node=GapbenchConfig)

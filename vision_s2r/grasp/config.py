@@ -1,9 +1,10 @@
-"""The configuration of a grasp policy, as configs/grasp/*.yaml has it: metres, radians."""
+"""The configuration of a grasp policy: metres, radians."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError
 from vision_s2r.networks.unet import NetworkConfig
+from vision_s2r.options import option, validate
 from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
@@ -16,120 +17,128 @@ VALIDATION_PICTURES = ("canonical", "randomized", "real", "seen")
 class CropConfig:
     """The window of the bin that is cut out around each grasp."""
 
-    window: list[float] = field(default_factory=lambda: [0.12, 0.08])  # along and across the closing axis
-    resolution: list[int] = field(default_factory=lambda: [24, 16])  # its pixels, in the same order
+    window: list[float] = option(
+        [0.12, 0.08], "Lengths along and across the line on which the fingers close, m.", length=2, above=0
+    )
+    resolution: list[int] = option([24, 16], "Pixels along and across.", length=2, low=8, multiple=4)
 
 
 @dataclass
 class DenseConfig:
     """The map from above that all grasps of a picture are looked up in."""
 
-    cells: int = 48  # a side; the map covers the search area at any yaw
-    yaw_bins: int = 16  # over half a turn
+    cells: int = option(48, "Places a side; the map covers the search area at any yaw.", low=16, multiple=4)
+    yaw_bins: int = option(16, "Yaws over half a turn.", low=2)
 
 
 @dataclass
 class CemConfig:
     """The cross-entropy method."""
 
-    samples: int = 64  # grasps an iteration
-    elites: float = 0.1  # part of them that the next iteration's samples are drawn around
-    iterations: int = 4
-    position_spread: float = 0.02  # standard deviation around an elite in the second iteration
-    yaw_spread: float = 0.4
-    shrink: float = 0.5  # of both spreads, from an iteration to the next
-    scenes: int = 4  # searched at once; few fit a CPU's caches, many fill a GPU
+    samples: int = option(
+        64, "Grasps scored in each iteration; in the first they are uniform over the area and all yaws.", low=1
+    )
+    elites: float = option(
+        0.1, "Part of all that were scored that the next iteration's samples are drawn around.", above=0, high=1
+    )
+    iterations: int = option(4, "The first included.", low=1)
+    position_spread: float = option(
+        0.02, "Standard deviation of places around an elite in the second iteration, m.", above=0
+    )
+    yaw_spread: float = option(0.4, "Standard deviation of yaws around an elite in the second iteration, rad.", above=0)
+    shrink: float = option(0.5, "Factor of both from an iteration to the next.", above=0, high=1)
+    scenes: int = option(4, "Scenes searched at once: few fit a CPU's caches, hundreds fill a GPU.", low=1)
 
 
 @dataclass
 class AugmentationConfig:
-    """What canonical pictures suffer in training, so that Q bears a translator's errors; each picture its own."""
+    """What canonical pictures suffer in training, so that Q bears a translator's errors; each its own, 0: none."""
 
-    blur: float = 0.6  # largest standard deviation of a Gaussian, px
-    noise: float = 0.02  # largest standard deviation of noise of each pixel and channel
-    brightness: float = 0.1  # largest gain of the picture, up or down
-    colour: float = 0.05  # largest gain of each channel, up or down
-    mirror: bool = True  # half of the scenes as in a mirror, with camera and grasps
+    blur: float = option(1.2, "Largest standard deviation of a Gaussian blur, pixels.", low=0, below=4)
+    noise: float = option(0.02, "Largest standard deviation of noise of each pixel and channel.", low=0, below=4)
+    brightness: float = option(0.1, "Largest change of the gain of the picture, up or down.", low=0, below=4)
+    colour: float = option(0.05, "Largest change of the gain of each channel, up or down.", low=0, below=4)
+    mirror: bool = option(True, "Whether half of the scenes are mirrored, with camera and grasps.")
 
 
 @dataclass
 class GraspConfig:
-    """A policy: the form of Q, what it looks at, how it is trained and searched."""
+    """A policy: Q(picture, grasp), learnt from simulated attempts, maximized by the cross-entropy method."""
 
-    form: str = "crop"  # crop | trunk | dense
-    width: int = 32  # channels of Q's first layers
-    plane_height: float = 0.02  # of the plane on which pictures are measured, over the floor
-    area: list[float] = field(default_factory=lambda: [0.115, 0.115])  # grasps are searched in |x| ≤, |y| ≤
-    picture: str = "canonical"  # that Q learns on: canonical | randomized (through the training camera) | seen
-    start: str = ""  # a released checkpoint whose weights training begins with; empty: fresh ones
-    translations: float = 0.0  # part of the canonical pictures in training that a translator made of randomized ones
-    with_source: bool = False  # Q also sees the picture that the canonical one was made from
-    validate_on: str = "canonical"  # canonical | seen | randomized | real (the last two through the validation camera)
-    front: NetworkConfig | None = None  # a U-Net before Q, trained with it
-    rectification: float = 0.0  # weight of the error of where the front's rectifier samples the picture
-    negatives: int = 0  # grasps a scene that close on nothing, as failures beside the labelled ones
-    crop: CropConfig = field(default_factory=CropConfig)
-    dense: DenseConfig = field(default_factory=DenseConfig)
-    cem: CemConfig = field(default_factory=CemConfig)
-    augmentation: AugmentationConfig = field(default_factory=AugmentationConfig)
-    training: TrainingConfig = field(
-        default_factory=lambda: TrainingConfig(
-            max_steps=4000, batch_size=32, learning_rate=2e-3, metric="auc", mode="max"
-        )
+    form: str = option(
+        "crop",
+        "Form of Q: crop (a window of the bin in each grasp's frame), trunk (QT-Opt's: the action added to a map of "
+        "the picture) or dense (a map of logits over places and yaws).",
+        choices=FORMS,
+    )
+    width: int = option(32, "Channels of Q's first layers; as it stands, Q has 0.17 M parameters.", low=8, multiple=8)
+    plane_height: float = option(0.02, "Over the bin's floor of the plane on which pictures are measured, m.")
+    area: list[float] = option(
+        [0.115, 0.115], "Grasps are searched in |x| ≤ the first, |y| ≤ the second, m.", length=2, above=0
+    )
+    picture: str = option(
+        "canonical",
+        "Pictures that Q is trained on: canonical, randomized (domain randomization, through the training camera), or "
+        "seen (as robots recorded them, or as a translator makes them).",
+        choices=PICTURES,
+    )
+    start: str = option("", "A released checkpoint whose weights training begins with: fine-tuning. Empty: fresh ones.")
+    translations: float = option(
+        0.0,
+        "Part of the canonical pictures in training that a translator made of randomized ones, through the training "
+        "camera.",
+        low=0,
+        high=1,
+    )
+    with_source: bool = option(
+        False,
+        "Whether Q also sees the picture that the canonical one was made from, as RCAN's fine-tuned variant does.",
+    )
+    validate_on: str = option(
+        "canonical",
+        "Pictures that the best checkpoint is chosen on: canonical or seen, as picture; where Q looks at sources: "
+        "randomized or real, through the validation camera.",
+        choices=VALIDATION_PICTURES,
+    )
+    front: NetworkConfig | None = option(
+        None, "A U-Net before Q, from picture to picture, trained with it; keys as translate.network, null: none."
+    )
+    rectification: float = option(
+        0.0,
+        "Weight of the error of where the front's rectifier samples the picture, as translate.loss.rectification.",
+        low=0,
+    )
+    negatives: int = option(
+        0,
+        "Failures that each scene gets in training beside its labelled grasps: random ones that close where the "
+        "segmentation shows no object, which needs no simulation (of 1,274 simulated ones none succeeded).",
+        low=0,
+    )
+    crop: CropConfig = option(CropConfig, "The window of form crop.")
+    dense: DenseConfig = option(DenseConfig, "The map of form dense.")
+    cem: CemConfig = option(CemConfig, "The search.")
+    augmentation: AugmentationConfig = option(AugmentationConfig, "What canonical pictures suffer in training.")
+    training: TrainingConfig = option(
+        TrainingConfig(max_steps=4000, learning_rate=2e-3, metric="auc", mode="max"),
+        "The training loop; metrics: bce, auc, best_of_scene.",
     )
 
 
 def check(cfg: GraspConfig) -> None:
     """Raises UserError where a value is out of its range, or two contradict each other."""
+    validate(cfg, "grasp")
     training_config.check(cfg.training)
-    known = {"form": FORMS, "picture": PICTURES, "validate_on": VALIDATION_PICTURES}
-    for key, names in known.items():
-        if getattr(cfg, key) not in names:
-            raise UserError(f"grasp.{key} = '{getattr(cfg, key)}': {nearest(getattr(cfg, key), names)}")
-    for key, pair in {"area": cfg.area, "crop.window": cfg.crop.window}.items():
-        if len(pair) != 2 or min(pair) <= 0:
-            raise UserError(f"grasp.{key} = {list(pair)}: expected two lengths above 0")
-    resolution = list(cfg.crop.resolution)
-    if len(resolution) != 2 or any(n < 8 or n % 4 for n in resolution):
-        raise UserError(f"grasp.crop.resolution = {resolution}: expected two multiples of 4, from 8 on")
-    if cfg.width < 8 or cfg.width % 8:
-        raise UserError(f"grasp.width = {cfg.width}: expected a multiple of 8")
-    if cfg.dense.cells < 16 or cfg.dense.cells % 4 or cfg.dense.yaw_bins < 2:
-        raise UserError("grasp.dense: expected cells a multiple of 4 from 16 on, and 2 yaw_bins or more")
     if cfg.with_source and (cfg.front or cfg.picture != "canonical"):
         raise UserError("grasp.with_source: expected picture=canonical and front=null, the source comes beside it")
-    if cfg.front is not None and cfg.front.levels < 1:
-        raise UserError(f"grasp.front.levels = {cfg.front.levels}: expected at least 1")
-    if not 0 <= cfg.translations <= 1 or (cfg.translations and (cfg.with_source or cfg.picture != "canonical")):
-        raise UserError(
-            f"grasp.translations = {cfg.translations}: expected 0 to 1, above 0 with canonical pictures alone"
-        )
-    if cfg.negatives < 0:
-        raise UserError(f"grasp.negatives = {cfg.negatives}: expected 0 or more")
+    if cfg.translations and (cfg.with_source or cfg.picture != "canonical"):
+        raise UserError(f"grasp.translations = {cfg.translations}: expected 0 unless pictures are canonical alone")
     told = cfg.picture == "randomized" and cfg.front is not None and cfg.front.rectifier > 0
-    if cfg.rectification < 0 or (cfg.rectification and not told):
+    if cfg.rectification and not told:
         raise UserError(
-            f"grasp.rectification = {cfg.rectification}: expected 0 or more, above 0 only with picture=randomized and "
-            "a rectifier in front"
+            f"grasp.rectification = {cfg.rectification}: expected 0 without picture=randomized and a rectifier in front"
         )
     reads_source = cfg.with_source or cfg.picture == "randomized"
     looked_at = ("randomized", "real") if reads_source else (cfg.picture,)
     if cfg.validate_on not in looked_at:
         expected = " or ".join(looked_at)
         raise UserError(f"grasp.validate_on = {cfg.validate_on}: expected {expected}, as the policy looks at that")
-    _check_cem(cfg.cem)
-    for key in ("blur", "noise", "brightness", "colour"):
-        if not 0 <= getattr(cfg.augmentation, key) < 4:
-            raise UserError(f"grasp.augmentation.{key} = {getattr(cfg.augmentation, key)}: expected 0 to 4")
-
-
-def _check_cem(cfg: CemConfig) -> None:
-    for key in ("samples", "iterations", "scenes"):
-        if getattr(cfg, key) < 1:
-            raise UserError(f"grasp.cem.{key} = {getattr(cfg, key)}: expected at least 1")
-    for key in ("elites", "shrink"):
-        if not 0 < getattr(cfg, key) <= 1:
-            raise UserError(f"grasp.cem.{key} = {getattr(cfg, key)}: expected a part, above 0 and up to 1")
-    for key in ("position_spread", "yaw_spread"):
-        if getattr(cfg, key) <= 0:
-            raise UserError(f"grasp.cem.{key} = {getattr(cfg, key)}: expected a number above 0")

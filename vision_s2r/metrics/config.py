@@ -1,4 +1,4 @@
-"""The configuration of scripts/metrics.py, as configs/metrics.yaml has it."""
+"""The configuration of `vision-s2r metrics`."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -6,15 +6,20 @@ from typing import Any
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
 
 
 @dataclass
 class MetricsConfig:
     """Which evaluations are looked into."""
 
-    tables: Any = None  # DIR or [DIR, …]
-    out: str = "outputs/metrics"
-    seed: int = 0
+    tables: Any = option(
+        None,
+        "Folder that `vision-s2r evaluate` finished, or several: tables=[DIR,DIR]; their rows with a translator are "
+        "measured.",
+    )
+    out: str = option("outputs/metrics", "Folder of what is measured.")
+    seed: int = option(0, "Of the resamples behind the intervals.", low=0)
 
 
 ConfigStore.instance().store("metrics_schema", node=MetricsConfig)
@@ -22,6 +27,7 @@ ConfigStore.instance().store("metrics_schema", node=MetricsConfig)
 
 def checked(cfg: MetricsConfig) -> list[str]:
     """The folders of `cfg.tables`. Raises UserError where a value is out of its range."""
+    validate(cfg)
     tables = [cfg.tables] if isinstance(cfg.tables, str) else cfg.tables
     if not isinstance(tables, list) or not tables or not all(isinstance(each, str) and each for each in tables):
         raise UserError(
@@ -29,6 +35,4 @@ def checked(cfg: MetricsConfig) -> list[str]:
         )
     if len(set(tables)) < len(tables):
         raise UserError(f"tables = {tables}: expected each once")
-    if cfg.seed < 0:
-        raise UserError(f"seed = {cfg.seed}: expected 0 or more")
     return tables

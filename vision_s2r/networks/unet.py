@@ -12,7 +12,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
 
 GROUP = 8  # channels a group of a normalization
 POINTS = 5  # of the rectifier's grid, along each side
@@ -20,14 +20,26 @@ POINTS = 5  # of the rectifier's grid, along each side
 
 @dataclass
 class NetworkConfig:
-    """The size of a U-Net."""
+    """The size of a U-Net; 1.2 M parameters as it stands. The side of a picture is a multiple of 2^levels."""
 
-    width: int = 24  # channels of the finest level, which is at half the picture's resolution; each next has twice
-    levels: int = 4  # resolutions, from a half down to 1 / 2^levels
-    blocks: int = 1  # residual blocks of a level on the way down, and again on the way up
-    detail: int = 24  # channels at full resolution
-    rectifier: int = 16  # channels of what undoes the camera's pose and lens before all else; 0: nothing does
-    residual: bool = False  # pictures (maps of 3 channels) are corrections of what comes in, at first none
+    width: int = option(
+        16,
+        "Channels at half the picture's resolution, the finest that most of it works at; each coarser level has twice.",
+        above=0,
+        multiple=GROUP,
+    )
+    levels: int = option(4, "Resolutions, from a half down to 1 / 2^levels.", low=1)
+    blocks: int = option(1, "Residual blocks of a level on the way down, and again on the way up.", low=1)
+    detail: int = option(16, "Channels of the last layers, at full resolution.", above=0, multiple=GROUP)
+    rectifier: int = option(
+        16,
+        "Channels of what undoes the camera's pose and lens before all else; 0: nothing does.",
+        low=0,
+        multiple=GROUP,
+    )
+    residual: bool = option(
+        False, "Whether pictures (maps of 3 channels) are corrections of the picture that comes in, at first none."
+    )
 
 
 class ResidualBlock(nn.Module):
@@ -115,8 +127,7 @@ class UNet(nn.Module):
         self.heads = dict(sorted(heads.items()))  # channels must not depend on how a dictionary was ordered
         self.stride = 2**cfg.levels
         widths = [cfg.width * 2**level for level in range(cfg.levels)]
-        if any(width % GROUP for width in (*widths, cfg.detail)):
-            raise UserError(f"network: width {cfg.width} and detail {cfg.detail}: expected multiples of {GROUP}")
+        validate(cfg, "network")
         self.rectifier = Rectifier(cfg.rectifier) if cfg.rectifier else None
         self.stem = nn.Conv2d(3 * 4, widths[0], 3, padding=1)
         pairs = list(pairwise(widths))

@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.effects import Parameter, Registry
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError, check_keys, nearest
 from vision_s2r.files import write
 from vision_s2r.randomize import files
 from vision_s2r.randomize.ranges import EffectRange, Range, effect_ranges
@@ -222,7 +222,7 @@ def load_distribution(path: Path, registry: Registry[Any], nominal: Values | Non
     kind = str(content.pop("distribution", "missing"))
     if kind not in keys:
         raise UserError(f"{where}: distribution is {kind}, {nearest(kind, keys)}")
-    files.check_keys(content, keys[kind], where)
+    check_keys(content, keys[kind], where)
     for key in keys[kind]:
         if key not in content:
             raise UserError(f"{where}: missing {key}")

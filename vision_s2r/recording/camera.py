@@ -7,7 +7,7 @@ from typing import Any, Literal, cast
 import cv2
 import numpy as np
 
-from vision_s2r.errors import UserError
+from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header
 from vision_s2r.recording.data import CameraRecording
 
@@ -22,7 +22,7 @@ IGNORED = ("thumbs.db", "desktop.ini")  # what file browsers leave
 def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> CameraRecording:
     """The recording of a folder whose header is `content`. Raises UserError for whatever cannot be."""
     where = str(folder / "recording.yaml")
-    header.check_keys(content, KEYS, ("pairing",), where)
+    check_keys(content, KEYS, where, ("pairing",))
     pairing = cast(Literal["paired", "unpaired"], header.choice(content, "pairing", ("paired", "unpaired"), where))
     encoding = cast(Literal["srgb", "linear"], header.choice(content, "encoding", ("srgb", "linear"), where, "srgb"))
     real_files, sim_files = _files(folder / "real", REAL_SUFFIXES), _files(folder / "sim", RENDER_SUFFIXES)
@@ -181,7 +181,7 @@ def _intrinsics(content: Mapping[str, Any], size: tuple[int, int], where: str) -
         return None
     camera = header.mapping(content, "camera", where)
     where = f"{where}: camera"
-    header.check_keys(camera, CAMERA_KEYS, CAMERA_KEYS, where)
+    check_keys(camera, CAMERA_KEYS, where, CAMERA_KEYS)
     for key, pixels in (("height", size[0]), ("width", size[1])):
         if header.number(camera, key, where, 0, 1e6) != pixels:
             raise UserError(f"{where}: {key} is {camera[key]}, but pictures have {pixels} px")

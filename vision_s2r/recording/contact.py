@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.contact.shape import Shape, box, cylinder, mesh, sphere
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError, check_keys, nearest
 from vision_s2r.recording import header, table, tosses
 from vision_s2r.recording.data import ContactRecording
 
@@ -28,7 +28,7 @@ LEAST_EPISODE, LEAST_TOSSES = 10, 4  # rows of an episode, and episodes, to hold
 def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ContactRecording:
     """The recording of a folder whose header is `content`. Raises UserError for whatever cannot be."""
     where = str(folder / "recording.yaml")
-    header.check_keys(content, KEYS, ("sample_time", "nominal"), where)
+    check_keys(content, KEYS, where, ("sample_time", "nominal"))
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
     nominal, shape = _nominal(header.mapping(content, "nominal", where), f"{where}: nominal", folder)
     path = folder / "contact.csv"
@@ -45,7 +45,7 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ContactRec
 
 def _nominal(given: dict[str, Any], where: str, folder: Path) -> tuple[dict[str, float], Shape]:
     kind = header.choice(given, "shape", SHAPES, where)
-    header.check_keys(given, ("shape", *SHAPES[kind], *COEFFICIENTS, "gravity"), (*SHAPES[kind], *COEFFICIENTS), where)
+    check_keys(given, ("shape", *SHAPES[kind], *COEFFICIENTS, "gravity"), where, (*SHAPES[kind], *COEFFICIENTS))
     nominal = {
         "mass": header.number(given, "mass", where, 0.0, 1e6, inclusive=False),
         "lateral_friction": header.number(given, "lateral_friction", where, 0.0, 10.0),

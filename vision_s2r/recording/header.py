@@ -32,17 +32,6 @@ def load(folder: Path) -> dict[str, Any]:
     return content
 
 
-def check_keys(content: Mapping[str, Any], known: Iterable[str], required: Iterable[str], where: str) -> None:
-    """UserError for a key that is not known, with the nearest, and for one that is missing."""
-    known = list(known)
-    for key in content:
-        if key not in known:
-            raise UserError(f"{where}: unknown key '{key}', {nearest(str(key), known)}")
-    missing = [key for key in required if key not in content]
-    if missing:
-        raise UserError(f"{where}: missing {', '.join(missing)}")
-
-
 def mapping(content: Mapping[str, Any], key: str, where: str) -> dict[str, Any]:
     """The value of `key`, which is keys and values itself."""
     value = content[key]

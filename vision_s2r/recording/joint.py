@@ -7,7 +7,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.errors import UserError, check_keys, nearest
 from vision_s2r.recording import header, motion, plausible, table
 from vision_s2r.recording.data import JointRecording
 from vision_s2r.recording.table import LARGEST_VALUE
@@ -45,7 +45,7 @@ LEAST_EPISODE, LEAST_SAMPLES = 10, 100  # rows of an episode and of a recording,
 def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecording:
     """The recording of a folder whose header is `content`. Raises UserError for whatever cannot be."""
     where = str(folder / "recording.yaml")
-    header.check_keys(content, KEYS, ("sample_time", "nominal"), where)
+    check_keys(content, KEYS, where, ("sample_time", "nominal"))
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
     units = cast(Literal["rotary", "linear"], header.choice(content, "units", ("rotary", "linear"), where, "rotary"))
     path = folder / "joint.csv"
@@ -68,7 +68,7 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecor
 def _nominal(given: dict[str, Any], command: str, where: str) -> dict[str, float]:
     where = f"{where}: nominal"
     optional = {*OPTIONAL, "position_offset"} | ({"torque_constant"} if command != "current" else set())
-    header.check_keys(given, NOMINAL, [key for key in NOMINAL if key not in optional], where)
+    check_keys(given, NOMINAL, where, [key for key in NOMINAL if key not in optional])
     values = {
         key: header.number(given, key, where, low, LARGEST_VALUE, inclusive) if key in given else OPTIONAL.get(key, 1.0)
         for key, (low, inclusive) in NOMINAL.items()
@@ -86,7 +86,7 @@ def _control(content: Mapping[str, Any], command: str, where: str) -> dict[str, 
     if command != "target":
         raise UserError(f"{where}: control is of a position servo, but joint.csv has a {command} and no target")
     given, where = header.mapping(content, "control", where), f"{where}: control"
-    header.check_keys(given, CONTROL, ("proportional",), where)
+    check_keys(given, CONTROL, where, ("proportional",))
     inclusive = {"proportional": False, "derivative": True, "limit": False}
     return {
         name: header.number(given, key, where, 0.0, LARGEST_VALUE, inclusive[key])

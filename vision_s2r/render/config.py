@@ -3,29 +3,39 @@
 from dataclasses import dataclass
 
 from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
 
 
 @dataclass
 class RenderConfig:
     """One set of rendered scenes."""
 
-    out: str = "renders/default"
-    scenes: int = 2000
-    seed: int = 0
-    size: int = 64
-    margin: int = 8
-    views: int = 3
-    real: bool = False
-    grasps: int = 6
-    shard_size: int = 50
-    backend: str = "loky"
-    workers: int = -1
+    out: str = option(
+        "renders/default", "Folder of the shards, the manifest and the contact sheet; one that is there is continued."
+    )
+    scenes: int = option(2000, "How many scenes.", low=1)
+    seed: int = option(0, "That they are drawn from: scene i of a seed is always the same.", low=0)
+    size: int = option(64, "Side of a picture, pixels.", low=16)
+    margin: int = option(8, "Pixels that source pictures have more on each side, for lenses that warp.", low=0)
+    views: int = option(3, "Randomized pictures of each scene.", low=0)
+    real: bool = option(False, "Whether the real appearance is rendered too.")
+    grasps: int = option(
+        6, "Simulated grasps of each scene: one in six at random, two on an object, three scripted.", low=0
+    )
+    shard_size: int = option(50, "Scenes in a file; an interruption costs at most the shards in flight.", low=1)
+    backend: str = option(
+        "loky", "joblib's backend: loky (processes of this machine); ray, dask where their packages are."
+    )
+    workers: int = option(-1, "Processes of the backend; -1: one a core.", low=-1)
 
 
 def check(cfg: RenderConfig) -> None:
     """Raise UserError where a number makes no sense."""
-    for name, low in {"scenes": 1, "size": 16, "margin": 0, "views": 0, "grasps": 0, "shard_size": 1}.items():
-        if getattr(cfg, name) < low:
-            raise UserError(f"render.{name} = {getattr(cfg, name)}: expected at least {low}")
-    if cfg.workers == 0:
-        raise UserError("render.workers = 0: expected a number of processes, or -1 for one a core")
+    validate(cfg, "render")
+    check_workers("render", cfg.workers)
+
+
+def check_workers(where: str, workers: int) -> None:
+    """Raise UserError for no process at all."""
+    if not workers:
+        raise UserError(f"{where}.workers = 0: expected a number of processes, or -1 for one a core")

@@ -19,11 +19,12 @@ from lightning_fabric import Fabric
 from vision_s2r import files
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
+from vision_s2r.options import validate
 from vision_s2r.training import ViewSource, checkpoint, train
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.training.loop import LAST
 from vision_s2r.translate import benchmark_report, speed
-from vision_s2r.translate.config import BenchmarkConfig, CameraAdrConfig, TranslateConfig, check, check_benchmark
+from vision_s2r.translate.config import BenchmarkConfig, CameraAdrConfig, TranslateConfig, check
 from vision_s2r.translate.pix2pix import Pix2Pix
 from vision_s2r.translate.rcan import Rcan, check_views, depth_range
 
@@ -55,7 +56,7 @@ def run(
     benchmark with other settings.
     """
     check(cfg)
-    check_benchmark(benchmark)
+    validate(benchmark, "benchmark")
     check_views(cfg, views, validation)
     settings = {
         "seed": seed,
