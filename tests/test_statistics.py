@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import bootstrap
 
 from vision_s2r import statistics
-from vision_s2r.statistics import Bootstrap, mcnemar, wilson
+from vision_s2r.statistics import Bootstrap, interval, lower_bound, mcnemar, over_clusters, wilson
 
 
 def test_wilson_by_hand():
@@ -93,3 +94,16 @@ def test_the_same_seed_gives_the_same_interval():
     outcomes = np.random.default_rng(3).random((3, 60)) < 0.5
     assert Bootstrap(60, seed=4).success(outcomes) == Bootstrap(60, seed=4).success(outcomes)
     assert (Bootstrap(60, seed=4).means(outcomes) != Bootstrap(60, seed=5).means(outcomes)).any()
+
+
+def test_every_bootstrap_of_a_mean_is_scipys():
+    values = np.random.default_rng(6).gamma(2.0, size=80)
+    known = bootstrap((values,), np.mean, n_resamples=10_000, method="percentile", rng=np.random.default_rng(0))
+    expected, noise = known.confidence_interval, 0.1 * values.std() / math.sqrt(len(values))
+    segments = interval(lambda counts: counts @ values / len(values), len(values), seed=1)
+    clusters = over_clusters(lambda drawn: values[list(drawn)].mean(), len(values), seed=1)
+    scenes = statistics._percentiles(0, Bootstrap(len(values)).means(values[None]))
+    for low, high in (segments, clusters, (scenes.low, scenes.high)):
+        assert (low, high) == pytest.approx(tuple(expected), abs=2 * noise)
+    bound = np.quantile(known.bootstrap_distribution, 0.025) * len(values)
+    assert lower_bound(values, 0.975, seed=1) == pytest.approx(bound, abs=2 * noise * len(values))

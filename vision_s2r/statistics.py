@@ -1,13 +1,14 @@
-"""Success and errors with their uncertainty: of one policy, of two on the same scenes, of resampled episodes or frames.
+"""Success and errors with their uncertainty: of one policy, of two on the same scenes, of segments or clusters.
 
 Outcomes are arrays bool [S, N]: S training seeds, each on the same N scenes. Attempts in one scene depend on each
 other (a hard scene is hard for every seed), as do those of one seed, so they are no S x N independent trials.
 """
 
 import math
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 from scipy.stats import binomtest
@@ -17,6 +18,7 @@ from statsmodels.stats.proportion import proportion_confint
 CONFIDENCE = 0.95
 RESAMPLES = 10_000
 FEWER_RESAMPLES = 4000  # where a search asks thousands of times
+CLUSTER_RESAMPLES = 1000  # of whatever statistic, so that each may take a while
 CHUNK = 500  # resamples drawn at a time: bounds the memory for many scenes
 
 
@@ -121,6 +123,27 @@ def _percentiles(value: float, resampled: np.ndarray) -> Estimate:
     # No interpolation: resampled ratios may be infinite.
     low, high = np.quantile(resampled, [tail, 1 - tail], method="inverted_cdf")
     return Estimate(value, float(low), float(high))
+
+
+def over_clusters(
+    statistic: Callable[[tuple[int, ...]], np.ndarray], clusters: int, seed: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the 95 % bootstrap interval of a statistic of whole clusters drawn with replacement; nan of one cluster.
+
+    `statistic` is given which clusters a resample holds, in order, and answers with an array, nan where it is not
+    defined; of few clusters many resamples are alike, and it is asked once.
+    """
+    draws = np.sort(np.random.default_rng(seed).integers(clusters, size=(CLUSTER_RESAMPLES, clusters)), axis=1)
+    asked = cache(statistic)
+    resampled = np.stack([asked(tuple(draw)) for draw in draws.tolist()])
+    if clusters < 2:
+        nothing = np.full(resampled.shape[1:], np.nan)
+        return nothing, nothing
+    tail = (1 - CONFIDENCE) / 2
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # nowhere defined: nan, as it should be
+        low, high = np.nanquantile(resampled, [tail, 1 - tail], axis=0)
+    return low, high
 
 
 def lower_bound(gains: np.ndarray, level: float, seed: int) -> float:

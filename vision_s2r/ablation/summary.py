@@ -13,7 +13,7 @@ from rich.table import Table
 from vision_s2r.ablation.job import JobResult
 from vision_s2r.config import Config
 from vision_s2r.files import finite, write, write_table
-from vision_s2r.metrics.correlation import over_clusters
+from vision_s2r.metrics.correlation import correlated
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
 
 FORMAT = "vision-s2r/ablation/1"
@@ -115,7 +115,7 @@ class AblationSummary:
             if variants := [variant for variant in self.variants if (variant, metric) in self.rows]:
                 values = [self._metrics(variant, metric) for variant in variants]
                 success = [self._outcomes(variant, None).mean(1) for variant in variants]
-                found[metric] = over_clusters(values, success, self.cfg.evaluate.seed)
+                found[metric] = correlated(values, success, self.cfg.evaluate.seed)
         return found
 
     def write(self, folder: Path) -> None:

@@ -3,15 +3,13 @@
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from scipy.stats import ConstantInputWarning, spearmanr
 
 from vision_s2r.metrics.points import Point
-from vision_s2r.statistics import CONFIDENCE, Estimate
+from vision_s2r.statistics import Estimate, over_clusters
 
-RESAMPLES = 1000
 FEWEST = 3  # points that are correlated
 
 
@@ -37,13 +35,10 @@ def correlate(points: Sequence[Point], seed: int) -> list[Correlation]:
     members = [[i for i, point in enumerate(points) if point.translator == each] for each in translators]
     statistics = _Statistics(points, metrics)
 
-    @cache
     def resampled(drawn: tuple[int, ...]) -> np.ndarray:
         return statistics(np.concatenate([members[cluster] for cluster in drawn]))
 
-    count = len(translators)
-    draws = np.sort(np.random.default_rng(seed).integers(count, size=(RESAMPLES, count)), axis=1)
-    low, high = _ends(np.stack([resampled(tuple(draw)) for draw in draws.tolist()]), count)
+    low, high = over_clusters(resampled, len(translators), seed)
     value = statistics(np.arange(len(points)))
     found = [
         Correlation(metric, *(Estimate(float(value[s, m]), float(low[s, m]), float(high[s, m])) for s in range(3)))
@@ -75,15 +70,14 @@ class _Statistics:
         return np.array([spearman(values, self._success[some]) for values in self._values[some].T])
 
 
-def over_clusters(values: Sequence[np.ndarray], success: Sequence[np.ndarray], seed: int) -> Estimate:
+def correlated(values: Sequence[np.ndarray], success: Sequence[np.ndarray], seed: int) -> Estimate:
     """Spearman's ρ over the members of all clusters, arrays of one length in each; resamples draw whole clusters."""
-    draws = np.random.default_rng(seed).integers(len(values), size=(RESAMPLES, len(values)))
 
-    def statistic(drawn: Sequence[int]) -> float:
-        return spearman(*(np.concatenate([each[k] for k in drawn]) for each in (values, success)))
+    def statistic(drawn: Sequence[int]) -> np.ndarray:
+        return np.array(spearman(*(np.concatenate([each[k] for k in drawn]) for each in (values, success))))
 
-    low, high = _ends(np.array([statistic(drawn) for drawn in draws.tolist()]), len(values))
-    return Estimate(statistic(range(len(values))), float(low), float(high))
+    low, high = over_clusters(statistic, len(values), seed)
+    return Estimate(float(statistic(range(len(values)))), float(low), float(high))
 
 
 def spearman(values: np.ndarray, success: np.ndarray) -> float:
@@ -104,15 +98,3 @@ def _mean(values: np.ndarray) -> np.ndarray:
     """Over the first axis, of what is defined."""
     count = (~np.isnan(values)).sum(0)
     return np.divide(np.nansum(values, 0), count, out=np.full(values.shape[1:], np.nan), where=count > 0)
-
-
-def _ends(resampled: np.ndarray, clusters: int) -> tuple[np.ndarray, np.ndarray]:
-    """The interval of each statistic, of resamples [R, ...] in which it is defined."""
-    if clusters < 2:
-        nothing = np.full(resampled.shape[1:], np.nan)
-        return nothing, nothing
-    tail = (1 - CONFIDENCE) / 2
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # nowhere defined: nan, as it should be
-        low, high = np.nanquantile(resampled, [tail, 1 - tail], axis=0)
-    return low, high
