@@ -2,11 +2,9 @@
 
 from collections.abc import Callable
 from functools import cache, partial
-from multiprocessing import current_process
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from torch import Tensor
 
 from vision_s2r.evaluate import config, page
@@ -17,6 +15,7 @@ from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.rows import Loaders, Runner, load_rows
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.evaluate.table import Table
+from vision_s2r.progress import bar
 from vision_s2r.scene import SceneConfig
 
 CONSOLE = Console(stderr=True)
@@ -57,9 +56,7 @@ class _Cells:
         """Every cell, by row and column, for each training seed; each is on disk as soon as it is known."""
         self._read(seen)
         cells: dict[tuple[str, str], list[Cell]] = {}
-        bars = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-        alone = current_process().name == "MainProcess"  # bars of several processes would overwrite each other
-        with Progress(*bars, console=CONSOLE, disable=not alone) as progress:
+        with bar() as progress:
             count = len(seen) * sum(map(len, self._rows.values()))
             task = progress.add_task("grasps", total=count * len(self._scenes))
             for column in seen:
