@@ -11,7 +11,11 @@ from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import charted
 from vision_s2r.fit.camera.prediction import Pictures, Stages
 from vision_s2r.fit.case import Values
+from vision_s2r.fit.gauss_newton import Damping, descend
 
+# An iteration that moves no coordinate by 0.02 of its step, or gains 2e-6 nats a pixel, is the last.
+_RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf), gain=2e-6, move=0.02)
+_FLOOR = 1e-6  # of the largest curvature: that which every coordinate has
 FREEDOM = 6.0  # of Student's distribution, which forgives single pixels
 
 
@@ -88,55 +92,56 @@ def normal(target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[
     return Normal(matrix, vector)
 
 
+@dataclass(frozen=True)
+class _State:
+    """Values of a descent, and what they leave."""
+
+    values: Values
+    cost: float
+    residual: Tensor
+    stages: Stages
+
+
+@dataclass(frozen=True)
+class _Descent:
+    """Some effects on some frames, in steps of their charts."""
+
+    target: Target
+    names: Sequence[str]
+    segments: Sequence[int]
+
+    def at(self, values: Values) -> _State:
+        stages: Stages = {}
+        residual = self.target.residual(values, self.segments, stages, keep=True)
+        return _State(values, self.target._mean_loss(residual, self.segments), residual, stages)
+
+    def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
+        slopes, _ = columns(self.target, state.values, self.names, self.segments, state.stages)
+        equations = normal(self.target, slopes, state.residual, self.segments)
+        floor = _FLOOR * max(np.diag(equations.matrix).max(initial=0.0), 1e-12)
+        return equations.matrix + floor * np.eye(len(slopes)), equations.vector
+
+    def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
+        small = np.array([step for name in self.names for step in chart(name).steps(self.target.pictures.optics)])
+        here = pack(state.values, self.names)
+        return [self.at(dict(state.values) | unpack(here + step * small, self.names)) for step in steps]
+
+
 def gauss_newton(
-    target: Target,
-    values: Values,
-    names: Sequence[str],
-    segments: Sequence[int],
-    iterations: int,
-    tolerance: float = 0.02,
+    target: Target, values: Values, names: Sequence[str], segments: Sequence[int], iterations: int
 ) -> tuple[Values, float]:
     """`values` with those of `names` moved to the most likely point nearby, and its mean loss.
 
-    Steps are damped (Levenberg, Marquardt) and at most their charts' limits long; the end is an iteration that moves
-    every coordinate by less than `tolerance` of its step.
+    Steps are at most their charts' limits long.
     """
     names = charted(names)
-    stages: Stages = {}
-    residual = target.residual(values, segments, stages, keep=True)
-    loss = target._mean_loss(residual, segments)
+    descent = _Descent(target, names, segments)
+    start = descent.at(values)
     if not names:
-        return values, loss
-    limits = np.array([limit for name in names for limit in chart(name).limits])
-    damping = 1e-4
-    for _ in range(iterations):
-        slopes, steps = columns(target, values, names, segments, stages)
-        equations = normal(target, slopes, residual, segments)
-        for _ in range(4):
-            move = solve(equations, damping).clip(-limits, limits)
-            trial = dict(values) | unpack(pack(values, names) + move * steps, names)
-            trial_stages: Stages = {}
-            trial_residual = target.residual(trial, segments, trial_stages, keep=True)
-            trial_loss = target._mean_loss(trial_residual, segments)
-            if trial_loss < loss:
-                break
-            damping = max(damping * 20, 1e-2)
-        else:
-            return values, loss
-        gained = loss - trial_loss
-        values, residual, loss, stages = trial, trial_residual, trial_loss, trial_stages
-        damping = max(damping / 10, 1e-5)
-        if np.abs(move).max() < tolerance or gained < 2e-6:
-            break
-    return values, loss
-
-
-def solve(equations: Normal, damping: float) -> np.ndarray:
-    """The damped step [P]."""
-    diagonal = np.diag(equations.matrix)
-    floor = 1e-6 * max(diagonal.max(initial=0.0), 1e-12)
-    damped = equations.matrix + np.diag(damping * diagonal + floor)
-    return np.linalg.solve(damped, equations.vector)
+        return values, start.cost
+    limits = np.array([limit for name in names for limit in chart(name).limits], dtype=float)
+    found = descend(descent, start, iterations, _RULE, limits)
+    return found.values, found.cost
 
 
 def best_start(

@@ -1,8 +1,8 @@
-"""Maximum likelihood by Levenberg and Marquardt: derivatives by differences, all of them one batch of machines.
+"""Maximum likelihood by damped Gauss-Newton: derivatives by differences, all of them one batch of machines.
 
 Each channel (position, velocity) has a scale of its own, as large as its residual and no smaller than its floor; what
-is minimized is the negative log-likelihood with the scales at their best. (Marquardt, SIAM J. 11, 1963; large residuals
-by iteratively reweighted least squares.)
+is minimized is the negative log-likelihood with the scales at their best. (Large residuals by iteratively
+reweighted least squares.)
 """
 
 from collections.abc import Sequence
@@ -10,12 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vision_s2r.fit.gauss_newton import Damping, damped_step, descend
 from vision_s2r.fit.joint.likelihood import influence, normal_equations, profile
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import Space
 
-DAMPINGS = np.array([0.03, 1.0, 100.0, 1e4])  # tried at once, times the last that was best
-LEAST_GAIN = 0.02  # nats that another iteration must bring
+# Machines are simulated in batches, so that several steps are tried at once; less than 0.02 nats is no gain.
+RULE = Damping(first=1e-3, tried=(0.03, 1.0, 100.0, 1e4), bounds=(1e-9, 1e4), gain=0.02)
 
 
 @dataclass(frozen=True)
@@ -62,31 +63,61 @@ def minimize(
     return best
 
 
+@dataclass(frozen=True)
+class _State:
+    """A point of a descent, and what the observer leaves there."""
+
+    point: np.ndarray
+    cost: float
+    scale: np.ndarray
+    residuals: np.ndarray  # [1, E, T, channels]
+
+
+@dataclass(frozen=True)
+class _Descent:
+    """From one start, the differences being `stride` times as long as a coordinate's own."""
+
+    observer: Observer
+    space: Space
+    data: Data
+    centre: np.ndarray  # of the prior
+    stride: float
+
+    def at(self, points: np.ndarray) -> list[_State]:
+        residuals = self.observer.residuals(self.space, points, self.data.episodes)
+        values, scales = _costs(residuals, self.data)
+        return [
+            _State(point, float(values[k]) + _prior(point, self.centre, self.space), scales[k], residuals[k : k + 1])
+            for k, point in enumerate(points)
+        ]
+
+    def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
+        points, steps = self.space.differences(state.point, self.stride)
+        around = self.observer.residuals(self.space, points[1:], self.data.episodes)
+        curvature, slope = _normal(np.concatenate([state.residuals, around]), steps, state.scale, self.data)
+        curvature[np.diag_indices(self.space.size)] += self.space.prior**-2.0
+        slope += (self.centre - state.point) * self.space.prior**-2.0
+        return _held_at_bounds(state.point, curvature, slope, self.space)
+
+    def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
+        return self.at(np.clip(state.point + steps, self.space.low, self.space.high))
+
+
 def _descend(
     observer: Observer, space: Space, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
-    damping, left = 1e-3, observer.residuals(space, point[None], data.episodes)
-    values, scales = _costs(left, data)
-    now = Fitted(point, float(values[0]) + _prior(point, centre, space), scales[0])
-    for _ in range(iterations):
-        points, steps = space.differences(now.point, stride)
-        around = observer.residuals(space, points[1:], data.episodes)
-        curvature, slope = _normal(np.concatenate([left, around]), steps, now.scale, data)
-        curvature[np.diag_indices(space.size)] += space.prior**-2.0
-        slope += (centre - now.point) * space.prior**-2.0
-        tried = trials(now.point, curvature, slope, damping * DAMPINGS, space)
-        residuals = observer.residuals(space, tried, data.episodes)
-        values, scales = _costs(residuals, data)
-        values = values + np.array([_prior(trial, centre, space) for trial in tried])
-        k = int(np.argmin(values))
-        gained = now.cost - float(values[k])
-        if not gained > 0:
-            break
-        now, left = Fitted(tried[k], float(values[k]), scales[k]), residuals[k : k + 1]
-        damping = float(np.clip(damping * DAMPINGS[k], 1e-9, 1e4))
-        if gained < LEAST_GAIN:
-            break
-    return now
+    descent = _Descent(observer, space, data, centre, stride)
+    found = descend(descent, descent.at(point[None])[0], iterations, RULE)
+    return Fitted(found.point, found.cost, found.scale)
+
+
+def _held_at_bounds(
+    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, space: Space
+) -> tuple[np.ndarray, np.ndarray]:
+    """The equations without the coordinates that are pushed against a bound: they stay there."""
+    stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0))
+    free = ~stuck
+    return curvature * np.outer(free, free), slope * free
 
 
 def _prior(point: np.ndarray, centre: np.ndarray, space: Space) -> float:
@@ -105,14 +136,5 @@ def trials(
     point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, dampings: np.ndarray, space: Space
 ) -> np.ndarray:
     """Where each damping leads; coordinates that are pushed against a bound stay there."""
-    out = []
-    scale = np.sqrt(np.diag(curvature)) + 1e-300
-    stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0)) | (scale < 1e-250)
-    free = np.flatnonzero(~stuck)
-    scaled = (curvature / scale / scale[:, None])[np.ix_(free, free)]
-    for damping in dampings:
-        step = np.zeros(len(point))
-        solved = np.linalg.lstsq(scaled + damping * np.eye(len(free)), (slope / scale)[free], rcond=1e-12)[0]
-        step[free] = solved / scale[free]
-        out.append(np.clip(point + step, space.low, space.high))
-    return np.array(out)
+    held = _held_at_bounds(point, curvature, slope, space)
+    return np.array([np.clip(point + damped_step(*held, each), space.low, space.high) for each in dampings])

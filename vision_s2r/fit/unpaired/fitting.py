@@ -1,4 +1,4 @@
-"""The likeliest parameters of a set of effects: Gauss-Newton on the means of the statistics."""
+"""The likeliest parameters of a set of effects: damped Gauss-Newton on the means of the statistics."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -7,10 +7,12 @@ import numpy as np
 
 from vision_s2r.fit.camera.effect import Optics
 from vision_s2r.fit.case import Values
+from vision_s2r.fit.gauss_newton import Damping, descend
 from vision_s2r.fit.unpaired.scatter import Scatter
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
 from vision_s2r.fit.unpaired.space import pack, shown, smooth, starts, stepped, steps, unpack
 
+_RULE = Damping(first=1e-3, raised=30, least=0.03, times=4, lowered=10, gain=0.02, relative_gain=1e-3, move=0.02)
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
 
 
@@ -82,7 +84,7 @@ class UnpairedFitter:
         if smooth(name):
             trial = dict(values) | {name: starts(name, self.optics.width)[0]}
             columns, _, _ = self.slopes(trial, [name])
-            moved = np.linalg.lstsq(*self._equations(columns, difference, free), rcond=None)[0]
+            moved = np.linalg.lstsq(*self.equations(columns, difference, free), rcond=None)[0]
             return now - self.loss(difference - columns @ moved, free)
         started = self._started(target, free, dict(values), name)
         return max(now - self.loss(target - self.like(started, values), free), 0.0)
@@ -111,9 +113,8 @@ class UnpairedFitter:
         basis = np.linalg.qr(taken)[0]
         return white - (white @ basis) @ basis.T
 
-    def _equations(
-        self, columns: np.ndarray, difference: np.ndarray, free: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def equations(self, columns: np.ndarray, difference: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Whitened columns [K, P] and difference [K]."""
         return self.rest(columns.T, free).T, self.rest(difference[None], free)[0]
 
     def _started(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
@@ -127,30 +128,13 @@ class UnpairedFitter:
     def _descended(
         self, target: np.ndarray, free: np.ndarray, values: Values, iterations: int
     ) -> dict[str, dict[str, float]]:
-        """Moved to the bottom nearby, by damped steps (Levenberg, Marquardt)."""
+        """Moved to the bottom nearby."""
         now = {name: dict(given) for name, given in values.items()}
         names = sorted(name for name in now if name not in self.fixed and name not in stepped())
         if not names:
             return now
-        loss, damping = self.loss(target - self.mean(now), free), 1e-3
-        for _ in range(iterations):
-            columns, small, limits = self.slopes(now, names)
-            matrix, vector = self._equations(columns, target - self.mean(now), free)
-            scale = np.sqrt((matrix**2).sum(0)) + 1e-6
-            for _ in range(4):
-                damped = np.concatenate([matrix, np.diag(np.sqrt(damping) * scale)])
-                move = np.linalg.lstsq(damped, np.concatenate([vector, np.zeros(len(scale))]), rcond=None)[0]
-                trial = now | unpack(pack(now, names) + move.clip(-limits, limits) * small, names)
-                trial_loss = self.loss(target - self.mean(trial), free)
-                if trial_loss < loss:
-                    break
-                damping = max(damping * 30, 0.03)
-            else:
-                break
-            gained, now, loss, damping = loss - trial_loss, trial, trial_loss, damping / 10
-            if gained < max(0.02, 1e-3 * loss) or np.abs(move).max() < 0.02:
-                break
-        return now
+        descent = _Descent(self, target, free, names)
+        return descend(descent, descent.at(now), iterations, _RULE, steps(names, self.optics)[1]).values
 
     def _stepped(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
         """With the likeliest whole number of cells, or quality, near that of `values`."""
@@ -179,3 +163,34 @@ class UnpairedFitter:
                 stride //= 2
             else:
                 return at(best)
+
+
+@dataclass(frozen=True)
+class _State:
+    """Values of a descent."""
+
+    values: dict[str, dict[str, float]]
+    cost: float
+
+
+@dataclass(frozen=True)
+class _Descent:
+    """Some effects towards the means `target` [K], in steps of their charts."""
+
+    fitter: UnpairedFitter
+    target: np.ndarray
+    free: np.ndarray
+    names: list[str]
+
+    def at(self, values: dict[str, dict[str, float]]) -> _State:
+        return _State(values, self.fitter.loss(self.target - self.fitter.mean(values), self.free))
+
+    def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
+        columns, _, _ = self.fitter.slopes(state.values, self.names)
+        matrix, vector = self.fitter.equations(columns, self.target - self.fitter.mean(state.values), self.free)
+        return matrix.T @ matrix + 1e-12 * np.eye(len(matrix.T)), matrix.T @ vector
+
+    def steps(self, state: _State, steps_: np.ndarray) -> list[_State]:
+        small = steps(self.names, self.fitter.optics)[0]
+        here = pack(state.values, self.names)
+        return [self.at(state.values | unpack(here + step * small, self.names)) for step in steps_]
