@@ -14,10 +14,24 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.space import Space
 from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import JOINT_EFFECTS, pack
+from vision_s2r.patch.effect import CAMERA_PATCHES, JOINT_PATCHES
+from vision_s2r.patch.rigid import advice
+from vision_s2r.report.reading import ReportedParameter
 
 
 def test_joint_effects_can_be_fitted() -> None:
     assert list(_missing_of_joint()) == []
+
+
+def test_joint_effects_can_be_written_for_other_simulators() -> None:
+    missing = {effect.name for effect in JOINT_EFFECTS} ^ set(JOINT_PATCHES)
+    assert not missing, f"patch/effects/NAME.py is missing, or of no effect: {sorted(missing)}"
+    assert set(CAMERA_PATCHES) <= {effect.name for effect in CAMERA_EFFECTS}
+    named = {
+        effect.name: {key: ReportedParameter(x, x, x) for key, x in effect.moderate().items()}
+        for effect in JOINT_EFFECTS
+    }
+    assert advice(named, a_joint()).keys() == named.keys()  # raises where words ask for what is not there
 
 
 def test_camera_effects_can_be_fitted() -> None:

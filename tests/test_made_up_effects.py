@@ -20,7 +20,11 @@ def with_installed(tmp_path: Path, kind: str, module: str, program: str) -> None
     (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: made-up\nVersion: 1.0\n")
     (metadata / "entry_points.txt").write_text(f"[vision_s2r.effects]\n{kind}.{module} = tests.made_up.{module}\n")
     paths = os.pathsep.join([str(tmp_path), str(Path(__file__).parents[1])])
-    command = [sys.executable, "-c", f"from tests.test_made_up_effects import {program}; {program}()"]
+    command = [
+        sys.executable,
+        "-c",
+        f"from pathlib import Path; from tests.test_made_up_effects import {program}; {program}(Path(r'{tmp_path}'))",
+    ]
     done = subprocess.run(command, env={**os.environ, "PYTHONPATH": paths}, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
 
@@ -33,13 +37,14 @@ def test_a_made_up_camera_effect(tmp_path: Path) -> None:
     with_installed(tmp_path, "camera", "amp_glow", "try_amp_glow")
 
 
-def try_air_drag() -> None:
+def try_air_drag(out: Path) -> None:
     from tests.identify.machines import a_log
     from vision_s2r.diagnose.config import DiagnoseConfig
     from vision_s2r.diagnose.diagnose import diagnose
     from vision_s2r.identify.config import IdentifyConfig
     from vision_s2r.identify.identify import identify
     from vision_s2r.joint import JOINT_EFFECTS
+    from vision_s2r.patch.patch import write_patch
     from vision_s2r.randomize import Box
 
     drag = 0.012
@@ -56,10 +61,12 @@ def try_air_drag() -> None:
     report = diagnose(recording, DiagnoseConfig()).report
     (named,) = report["effects"]
     assert report["verdict"] == "explained" and named["name"] == "air_drag"
+    write_patch(report, recording, out)
+    assert "air_drag: apply −0.01" in (out / "mujoco.xml").read_text()
     assert named["parameters"]["coefficient"]["value"] == pytest.approx(drag, rel=0.02)
 
 
-def try_amp_glow() -> None:
+def try_amp_glow(out: Path) -> None:
     import torch
 
     from tests.fit.camera.test_camera_case import recorded, scenes

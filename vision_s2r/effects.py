@@ -98,6 +98,11 @@ class Effect:
         return {p.name: p.moderate for p in self.parameters}
 
 
+def summary(effect: Effect) -> str:
+    """The first sentence about an effect."""
+    return (effect.__doc__ or effect.name).strip().splitlines()[0]
+
+
 E = TypeVar("E", bound=Effect)
 R = TypeVar("R")
 GROUP = "vision_s2r.effects"  # of entry points

@@ -6,6 +6,7 @@ from vision_s2r.effects import Parameter
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, linear
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
+from vision_s2r.patch.effect import JOINT_PATCHES, JointPatch
 
 
 @compiled
@@ -48,3 +49,5 @@ JOINT_FITS.register(
         confusable=frozenset({"viscous_damping"}),
     ),
 )
+
+JOINT_PATCHES.register("air_drag", JointPatch(words="apply −{coefficient}·|velocity|·velocity"))

@@ -18,7 +18,7 @@ from vision_s2r.camera import Camera, load_config
 from vision_s2r.cli import compose
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError
-from vision_s2r.patch import write_patch
+from vision_s2r.patch.patch import write_patch
 
 CAMERA = {
     "defocus_blur": {"radius": 2.0},

@@ -19,7 +19,7 @@ from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.case import Case
 from vision_s2r.lazy import load
-from vision_s2r.patch import write_patch
+from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs

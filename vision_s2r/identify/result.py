@@ -27,7 +27,7 @@ from vision_s2r.identify.drawing import correlations
 from vision_s2r.identify.estimate import title
 from vision_s2r.identify.identify import Identified
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
-from vision_s2r.patch import write_patch
+from vision_s2r.patch.patch import write_patch
 from vision_s2r.report import figures, words
 
 FORMAT = "vision-s2r/identified/1"

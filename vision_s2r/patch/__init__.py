@@ -1,5 +1,4 @@
-"""The diagnosed effects, as other programs take them: for each format, the effects that it can express."""
+"""What a report names, as something to build into a simulator: from a report to configuration files.
 
-from vision_s2r.patch.patch import write_patch
-
-__all__ = ["write_patch"]
+`patch.write_patch` writes all formats. How an effect is written is said in `effects/NAME.py`.
+"""

@@ -3,9 +3,10 @@
 import json
 from typing import Any
 
+from vision_s2r.patch.effect import JOINT_PATCHES
 from vision_s2r.patch.rigid import advice
 from vision_s2r.recording import JointRecording
-from vision_s2r.report.reading import Diagnosed
+from vision_s2r.report.reading import Diagnosed, values
 
 
 def joint(named: Diagnosed, recording: JointRecording) -> str:
@@ -15,11 +16,11 @@ def joint(named: Diagnosed, recording: JointRecording) -> str:
     dry friction; it belongs on a joint whose torque is applied with TORQUE_CONTROL.
     """
     patch: dict[str, Any] = {}
-    if "viscous_damping" in named:
-        patch["changeDynamics"] = {"jointDamping": named["viscous_damping"]["value"].value}
-    if "coulomb_friction" in named:
-        force = named["coulomb_friction"]["value"].value
-        patch["setJointMotorControl2"] = {"controlMode": 0, "targetVelocity": 0.0, "force": force}  # VELOCITY_CONTROL
-    expressed = {"viscous_damping", "coulomb_friction"}
+    expressed = set()
+    for name, given in values(named).items():
+        write = JOINT_PATCHES[name].bullet if name in JOINT_PATCHES else None
+        if write:
+            patch |= write(given)
+            expressed.add(name)
     patch["not_expressed"] = {n: text for n, text in advice(named, recording).items() if n not in expressed}
     return json.dumps(patch, indent=1, ensure_ascii=False) + "\n"

@@ -1,7 +1,8 @@
 """Configurations of this project's own simulators."""
 
-from vision_s2r.effects import Effect
+from vision_s2r.effects import summary
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, unit
+from vision_s2r.patch.effect import CAMERA_PATCHES
 from vision_s2r.recording import CameraRecording, JointRecording
 from vision_s2r.report.reading import Diagnosed, ReportedParameter, library
 
@@ -23,7 +24,7 @@ def joint(named: Diagnosed, recording: JointRecording, randomize: bool) -> str:
     drive = {name: given for name, given in named.items() if name not in DYNAMICS}
     lines += ["# What the drive does besides, by name", "effects:" if drive else "effects: {}"]
     for name, given in drive.items():
-        lines += [f"  # {_summary(JOINT_EFFECTS[name])}", f"  {name}:"]
+        lines += [f"  # {summary(JOINT_EFFECTS[name])}", f"  {name}:"]
         for parameter in JOINT_EFFECTS[name].parameters:
             where = unit(parameter, recording.units)
             lines += _entry(parameter.name, given[parameter.name], where, randomize, "", "    ")
@@ -48,7 +49,7 @@ def camera(named: Diagnosed, recording: CameraRecording, randomize: bool) -> str
     ]
     effects = library("camera")
     for name, given in named.items():
-        lines += [f"  # {_summary(effects[name])}", f"  {name}:", "    # How often", "    probability: 1.0"]
+        lines += [f"  # {summary(effects[name])}", f"  {name}:", "    # How often", "    probability: 1.0"]
         for parameter in effects[name].parameters:
             lines += _entry(parameter.name, given[parameter.name], parameter.unit, randomize, "", "    ")
     return "\n".join(lines) + "\n"
@@ -69,7 +70,7 @@ def _size(recording: CameraRecording) -> int:
 
 def _geometry(named: Diagnosed, recording: CameraRecording) -> list[str]:
     """Lens and pose are in the angles of this camera: a comment for whoever uses them with another."""
-    if recording.intrinsics is None or not {"lens_distortion", "camera_pose_offset"} & named.keys():
+    if recording.intrinsics is None or not named.keys() & set(CAMERA_PATCHES):
         return []
     fx, fy, cx, cy = recording.intrinsics
     height, width = recording.sim.shape[1:3]
@@ -89,8 +90,3 @@ def _number(value: float) -> str:
     """As YAML 1.1 takes it for a float: with a point, also before an exponent."""
     mantissa, exponent, power = f"{value:.9g}".partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + exponent + power
-
-
-def _summary(effect: Effect) -> str:
-    """The first sentence about an effect."""
-    return (effect.__doc__ or effect.name).strip().splitlines()[0]

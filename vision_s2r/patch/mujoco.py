@@ -1,24 +1,22 @@
 """MuJoCo: attributes of a joint and of its motor (MuJoCo's XML reference: body/joint, actuator/general)."""
 
+from vision_s2r.patch.effect import JOINT_PATCHES
 from vision_s2r.patch.rigid import comment
 from vision_s2r.recording import JointRecording
-from vision_s2r.report.reading import Diagnosed
+from vision_s2r.report.reading import Diagnosed, values
 
 
 def joint(named: Diagnosed, recording: JointRecording) -> str:
     """XML to be merged into a model: `<joint>` and, where the drive is concerned, `<general>`. Angles in radians."""
     attributes: dict[str, float | str] = {}
-    for name, attribute in (("viscous_damping", "damping"), ("coulomb_friction", "frictionloss")):
-        if name in named:
-            attributes[attribute] = named[name]["value"].value
-    expressed = {"viscous_damping", "coulomb_friction"}
+    expressed: set[str] = set()
     notes: list[str] = []
-    if "inertia" in named:
-        more = named["inertia"]["value"].value - recording.nominal["inertia"]
-        if more > 0:  # a rotor's inertia cannot be negative
-            attributes["armature"] = more
-            expressed.add("inertia")
-            notes.append("armature is what the diagnosis adds to the inertia; add it to an armature that is there")
+    for name, given in values(named).items():
+        write = JOINT_PATCHES[name].mujoco_joint if name in JOINT_PATCHES else None
+        if write and (found := write(given, recording.nominal)):
+            attributes |= found
+            expressed.add(name)
+            notes += [note] if (note := JOINT_PATCHES[name].mujoco_note) else []
     drive, of_drive = _drive(named, recording)
     kind = "hinge" if recording.units == "rotary" else "slide"
     lines = ["<mujoco>", "  <!-- Merge into the joint of your model; write its name for JOINT. -->"]
@@ -32,19 +30,16 @@ def joint(named: Diagnosed, recording: JointRecording) -> str:
 
 def _drive(named: Diagnosed, recording: JointRecording) -> tuple[dict[str, float | str], set[str]]:
     """Attributes of the motor: force = gainprm·ctrl + biasprm, ctrl the command, clamped to ctrlrange."""
-    expressed = {"torque_constant", "bias_torque", "torque_saturation"} & named.keys()
-    if not expressed:
-        return {}, expressed
-    constant = recording.nominal["torque_constant"]
-    if "torque_constant" in named:
-        constant = named["torque_constant"]["value"].value
+    given = values(named)
+    writers = {name: JOINT_PATCHES[name].mujoco_motor for name in given if name in JOINT_PATCHES}
+    constant = given.get("torque_constant", {}).get("value", recording.nominal["torque_constant"])
     drive: dict[str, float | str] = {"gaintype": "fixed", "gainprm": constant}
-    if "bias_torque" in named:
-        drive |= {"biastype": "affine", "biasprm": f"{-named['bias_torque']['value'].value:.9g} 0 0"}
-    if "torque_saturation" in named:
-        limit = named["torque_saturation"]["limit"].value / constant
-        drive |= {"ctrllimited": "true", "ctrlrange": f"{-limit:.9g} {limit:.9g}"}
-    return drive, expressed
+    expressed = set()
+    for name, write in writers.items():
+        if write:
+            drive |= write(given[name], constant)
+            expressed.add(name)
+    return (drive if expressed else {}), expressed
 
 
 def _text(attributes: dict[str, float | str]) -> str:

@@ -3,10 +3,9 @@
 import cv2
 import numpy as np
 
+from vision_s2r.patch.effect import CAMERA_PATCHES
 from vision_s2r.recording import CameraRecording
-from vision_s2r.report.reading import Diagnosed
-
-GEOMETRY = {"lens_distortion", "camera_pose_offset"}
+from vision_s2r.report.reading import Diagnosed, values
 
 
 def calibration(named: Diagnosed, recording: CameraRecording) -> str:
@@ -27,10 +26,10 @@ def calibration(named: Diagnosed, recording: CameraRecording) -> str:
         intrinsics = default_intrinsics(height, width)
     fx, fy, cx, cy = intrinsics
     storage.write("camera_matrix", np.array([[fx, 0, cx], [0, fy, cy], [0, 0, 1]]))
-    lens = named.get("lens_distortion")
-    k1, k2 = (lens["k1"].value, lens["k2"].value) if lens else (0.0, 0.0)
-    storage.write("distortion_coefficients", np.array([[k1, k2, 0.0, 0.0, 0.0]]))
-    if "camera_pose_offset" in named:
-        pose = named["camera_pose_offset"]
-        storage.write("rotation_vector", np.array([[pose[key].value] for key in ("pitch", "yaw", "roll")]))
+    entries = {"distortion_coefficients": np.zeros((1, 5))}
+    for name, given in values(named).items():
+        if name in CAMERA_PATCHES:
+            entries |= CAMERA_PATCHES[name].opencv(given)
+    for key, entry in entries.items():
+        storage.write(key, entry)
     return storage.releaseAndGetString()

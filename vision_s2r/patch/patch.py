@@ -6,6 +6,8 @@ from typing import Any
 
 from vision_s2r.files import write
 from vision_s2r.patch import bullet, hydra, mujoco, opencv, urdf
+from vision_s2r.patch import effects as _effects  # noqa: F401  (fills the records)
+from vision_s2r.patch.effect import CAMERA_PATCHES
 from vision_s2r.recording import CameraRecording, JointRecording, Recording
 from vision_s2r.report.reading import diagnosed
 
@@ -32,6 +34,6 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
             "camera_randomized.yaml": hydra.camera(named, recording, randomize=True),
             "overrides.txt": hydra.camera_overrides(named, recording),
         }
-        if opencv.GEOMETRY & named.keys():
+        if named.keys() & set(CAMERA_PATCHES):
             files["opencv.yml"] = opencv.calibration(named, recording)
     return [write(folder / name, content) for name, content in files.items()]

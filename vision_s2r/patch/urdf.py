@@ -1,10 +1,9 @@
 """URDF: the `<dynamics>` of a joint, viscous damping and Coulomb friction (the URDF specification's joint element)."""
 
+from vision_s2r.patch.effect import JOINT_PATCHES
 from vision_s2r.patch.rigid import comment
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import Diagnosed
-
-ATTRIBUTES = {"viscous_damping": "damping", "coulomb_friction": "friction"}
 
 
 def joint(named: Diagnosed, recording: JointRecording) -> str:
@@ -15,11 +14,14 @@ def joint(named: Diagnosed, recording: JointRecording) -> str:
     """
     kind = "continuous" if recording.units == "rotary" else "prismatic"
     lines = ["<!-- Merge into your joint; write its name for JOINT. -->", f'<joint name="JOINT" type="{kind}">']
-    if ATTRIBUTES.keys() & named.keys():
-        values = {
+    attributes = {patch.urdf: name for name, patch in JOINT_PATCHES.items() if patch.urdf}
+    written = set(attributes.values())
+    if written & named.keys():
+        found = {
             attribute: named[name]["value"].value if name in named else recording.nominal[name]
-            for name, attribute in ATTRIBUTES.items()
+            for attribute, name in sorted(attributes.items())
         }
-        lines += [f'  <dynamics damping="{values["damping"]:.9g}" friction="{values["friction"]:.9g}"/>']
-    lines += comment(named, recording, set(ATTRIBUTES), "  ")
+        text = "".join(f' {attribute}="{value:.9g}"' for attribute, value in found.items())
+        lines += [f"  <dynamics{text}/>"]
+    lines += comment(named, recording, written, "  ")
     return "\n".join([*lines, "</joint>"]) + "\n"
