@@ -5,8 +5,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 from vision_s2r import pipeline
-from vision_s2r.ablation.config import AblationConfig
-from vision_s2r.config import Config
+from vision_s2r.config import AblationConfig, Config
 from vision_s2r.errors import UserError, nearest
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vision_s2r import pipeline
-from vision_s2r.ablation.config import check, selected
 from vision_s2r.ablation.families import family_of
+from vision_s2r.ablation.variants import check, selected
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate

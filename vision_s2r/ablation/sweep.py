@@ -7,8 +7,8 @@ from pathlib import Path
 
 from vision_s2r import pipeline
 from vision_s2r.ablation import job, picture
-from vision_s2r.ablation.config import check
 from vision_s2r.ablation.summary import AblationSummary
+from vision_s2r.ablation.variants import check
 from vision_s2r.cli import compose, log_to_terminal, run
 from vision_s2r.config import Config
 

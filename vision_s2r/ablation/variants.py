@@ -1,37 +1,7 @@
-"""What the ablation is told."""
+"""Which variants are run."""
 
-from dataclasses import dataclass
-
+from vision_s2r.config import AblationConfig, VariantConfig
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.options import option
-
-
-@dataclass
-class VariantConfig:
-    """One way to train: a family of translators, and the weights of its loss that differ from the configuration."""
-
-    family: str = option("paired", "Of translators.")
-    loss: dict[str, float] = option({}, "Weights of its loss that differ from the configuration's.")
-
-
-@dataclass
-class AblationConfig:
-    """Variants, and where they are measured. A job is one variant with one training seed."""
-
-    definitions: dict[str, VariantConfig] = option({}, "Every variant there is, by name.")
-    references: dict[str, str] = option({}, "By family: the variant that the others are compared with.")
-    variants: list[str] = option([], "Those to run, by name, and their families' references with them; empty: all.")
-    policy: list[str] = option(
-        [],
-        "Released canonical policies, one a seed, which grasp and judge translations; empty: trained first, in "
-        "OUT/policy-SEED.",
-    )
-    cameras: list[str] = option(
-        ["webcam", "harsh"], "What the real look is seen through: names in configs/camera.", unique=True
-    )
-    scenes: int = option(250, "Test scenes a camera, from the first; 0: all.", low=0)
-    variant: str = option("", "Of this job; the sweep sets it.")
-    seed: int = option(0, "Of this job; the sweep sets it.", low=0)
 
 
 def check(cfg: AblationConfig, seeds: int) -> None:
