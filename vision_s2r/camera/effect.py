@@ -57,7 +57,8 @@ class Frame:
 class CameraEffect(Effect, ABC):
     """An effect of the real camera on a batch of pictures.
 
-    To add one: a class in a file of `vision_s2r/camera/effects`, decorated with `CAMERA_EFFECTS.register`.
+    To add one: a class in a file of `vision_s2r/camera/effects`, decorated with `CAMERA_EFFECTS.register`; and what
+    fitting needs of it, a `CameraFit` in `fit/camera/effects`.
     """
 
     source: ClassVar[Source] = "camera"
