@@ -58,7 +58,7 @@ def try_air_drag(out: Path) -> None:
     found = identify(recording, IdentifyConfig(effects=["air_drag"]))
     assert found.values["air_drag"]["coefficient"] == pytest.approx(drag, rel=0.02)
 
-    report = diagnose(recording, DiagnoseConfig()).report
+    report = diagnose(recording, DiagnoseConfig()).to_dict()
     (named,) = report["effects"]
     assert report["verdict"] == "explained" and named["name"] == "air_drag"
     write_patch(report, recording, out)

@@ -29,8 +29,8 @@ def test_a_joint_is_read_and_diagnosed_without_torch(tmp_path):
 import vision_s2r
 from vision_s2r.diagnose.config import SearchConfig
 cfg = vision_s2r.DiagnoseConfig(joint=SearchConfig(folds=2, beam=1, breadth=1, contenders=1, most=1))
-assert vision_s2r.diagnose(vision_s2r.read({str(tmp_path / "log")!r}), cfg)
-assert callable(vision_s2r.identify)
+report = vision_s2r.diagnose(vision_s2r.read({str(tmp_path / "log")!r}), cfg)
+assert callable(vision_s2r.identify) and report.save({str(tmp_path / "report")!r}).exists()
 """
     assert not imported_by(code) & {"torch", "pybullet"}
 

@@ -10,7 +10,8 @@ from recordings import a_camera, a_joint
 from reports import a_report
 
 from vision_s2r.fit.case import Axis, Samples
-from vision_s2r.report import figures, words, write_html
+from vision_s2r.report import GapReport, figures, words, write_html
+from vision_s2r.report.drawing import png
 
 LENS = {"lens_distortion": {"k1": -0.1, "k2": 0.0}}
 
@@ -97,7 +98,7 @@ def test_the_stretch_that_is_drawn_is_where_the_simulator_is_furthest_off():
     shown = figures(a_joint(), {"backlash": {"width": 0.03}}, _samples(1.0), _samples(0.1), "rad/s")
     (caption,) = shown
     assert re.search(r"episode \d, free run", caption)
-    picture = cv2.imdecode(np.frombuffer(shown[caption], np.uint8), cv2.IMREAD_COLOR)
+    picture = cv2.imdecode(np.frombuffer(png(shown[caption]), np.uint8), cv2.IMREAD_COLOR)
     assert picture.std() > 10
 
 
@@ -107,3 +108,18 @@ def test_the_stretch_that_is_drawn_is_where_the_simulator_is_furthest_off():
 )
 def test_digits_are_those_that_the_interval_leaves(value, interval, text):
     assert words.rounded(value, interval) == text
+
+
+def test_a_report_in_memory_is_the_same_as_its_json():
+    data = a_report("joint", backlash={"width": 0.03})
+    data["gap"] |= {"described": "all", "refitted": 0.5, "shrink_by_effects": {"share": 0.9, "ci": [0.8, 1.0]}}
+    data["where"][0]["samples"] = 0.2
+    report = GapReport.of(data)
+    assert report.to_dict() == data and list(report.to_dict()) == list(data)
+    assert report.effects[0].parameters["width"].ci == pytest.approx((0.0297, 0.0303)) and report.gap.shrink_ci == (
+        0.997,
+        0.999,
+    )
+    assert "backlash" in report.summary() and "&lt;h1&gt;Reality gap of a joint" in report._repr_html_()
+    with pytest.raises(TypeError, match="'sharr'"):
+        GapReport.of(data | {"unexplained": {"sharr": 0.1}})

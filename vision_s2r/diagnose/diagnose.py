@@ -5,9 +5,8 @@ import logging
 import os
 import shutil
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import joblib
 
@@ -17,32 +16,63 @@ from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Found, Search
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.files import write
 from vision_s2r.fit.case import Case
 from vision_s2r.lazy import load
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
-from vision_s2r.report import figures, write_html
+from vision_s2r.report import GapReport, figures, write_html
+from vision_s2r.report.drawing import Figures
+from vision_s2r.report.page import framed, html
 from vision_s2r.report.reading import library
 
 log = logging.getLogger(__name__)
 
 
-@dataclass(frozen=True)
-class Diagnosis:
-    """A report, and what it was made from."""
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis(GapReport):
+    """A report that knows what it was made from."""
 
-    recording: Recording
-    case: Case
-    found: Found
-    report: dict[str, Any]
+    recording: Recording = field(repr=False)
+    case: Case = field(repr=False)
+    found: Found = field(repr=False)
+
+    def plot(self) -> Figures:
+        """Figures by caption: what it looks like, and where the gap lies before and after."""
+        with self.case.session():
+            before, after = (self.case.samples(each.hypothesis) for each in (self.found.nominal, self.found.final))
+        named = {name: self.found.final.hypothesis.values[name] for name in self.found.effects}
+        return figures(self.recording, named, before, after, self.case.unit)
+
+    def save(self, folder: Path | str) -> Path:
+        """Write report.json, report.html and patch/ into a folder, whole or not at all; returns the page's path.
+
+        What was in the folder is gone. Raises UserError where it cannot be written.
+        """
+        folder, report = Path(folder), self.to_dict()
+        making = folder.with_name(f"{folder.name}.part-{os.getpid()}")
+        shutil.rmtree(making, ignore_errors=True)
+        try:
+            write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
+            write_html(report, self.plot(), making / "report.html")
+            write_patch(report, self.recording, making / "patch")
+            shutil.rmtree(folder, ignore_errors=True)
+            making.rename(folder)
+        finally:
+            shutil.rmtree(making, ignore_errors=True)
+        return folder / "report.html"
+
+    def _repr_html_(self) -> str:
+        return framed(html(self.to_dict(), self.plot()))
 
 
 def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> Diagnosis:
     """Diagnose one recording with `jobs` threads.
 
-    Raises UserError where the recording is too short to hold anything out, or cfg withholds an unknown effect.
+    Of `cfg`, recording, out and jobs are of `diagnose_all`. Raises
+    UserError where the recording is too short to hold anything out, or cfg withholds an unknown effect.
     """
     cfg = cfg or DiagnoseConfig()
     case = open_case(recording, cfg.withhold)
@@ -50,7 +80,7 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
         found = Search(case, assessor).run()
-        return Diagnosis(recording, case, found, report(case, assessor, found))
+        return Diagnosis.of(report(case, assessor, found), recording=recording, case=case, found=found)
 
 
 def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
@@ -90,26 +120,4 @@ def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
 
 
 def _diagnose_into(folder: Path, out: Path, cfg: DiagnoseConfig, jobs: int) -> Path:
-    """Everything about one recording, in a folder that is complete or not there."""
-    diagnosis = diagnose(read(folder), cfg, jobs)
-    making = out.with_name(f"{out.name}.part-{os.getpid()}")
-    shutil.rmtree(making, ignore_errors=True)
-    making.mkdir(parents=True)
-    try:
-        (making / "report.json").write_text(json.dumps(diagnosis.report, indent=1, allow_nan=False))
-        write_html(diagnosis.report, _figures(diagnosis), making / "report.html")
-        write_patch(diagnosis.report, diagnosis.recording, making / "patch")
-        shutil.rmtree(out, ignore_errors=True)
-        making.rename(out)
-    finally:
-        shutil.rmtree(making, ignore_errors=True)
-    return out / "report.html"
-
-
-def _figures(diagnosis: Diagnosis) -> dict[str, bytes]:
-    """The figures of a report: what it looks like, and where the gap lies before and after."""
-    case, found = diagnosis.case, diagnosis.found
-    with case.session():
-        before, after = (case.samples(each.hypothesis) for each in (found.nominal, found.final))
-    named = {name: found.final.hypothesis.values[name] for name in found.effects}
-    return figures(diagnosis.recording, named, before, after, case.unit)
+    return diagnose(read(folder), cfg, jobs).save(out)

@@ -6,7 +6,8 @@ the recording, any effect) and `inverse` (least squares on the torque balance).
 """
 
 from vision_s2r.identify.config import IdentifyConfig
-from vision_s2r.identify.identify import Identified, identify
+from vision_s2r.identify.identified import Identified
+from vision_s2r.identify.identify import identify
 from vision_s2r.identify.run import identify_all
 from vision_s2r.lazy import callable_package
 

@@ -1,15 +1,16 @@
-"""The pictures of an identification, as PNG."""
+"""The pictures of an identification."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from vision_s2r.joint import Nominal
 from vision_s2r.report.drawing import AFTER, BEFORE, FLOOR, INK, canvas, plain, png
 
 
-def correlations(labels: Sequence[str], matrix: np.ndarray) -> bytes:
+def correlations(labels: Sequence[str], matrix: np.ndarray) -> Figure:
     """A correlation matrix [K, K] with its numbers."""
     figure, axes = canvas(1, 1, 1.6 + 0.6 * len(labels))
     axis = axes[0, 0]
@@ -22,7 +23,7 @@ def correlations(labels: Sequence[str], matrix: np.ndarray) -> bytes:
     axis.set_yticks(range(len(labels)), names)
     axis.tick_params(labelsize=8, length=0)
     axis.spines[:].set_visible(False)
-    return png(figure)
+    return figure
 
 
 def two_lines(

@@ -1,7 +1,6 @@
 """From recordings to parameters."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,52 +10,13 @@ from vision_s2r.fit.gap import Gap
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.identify.config import IdentifyConfig, InverseConfig
-from vision_s2r.identify.estimate import ParameterEstimates
 from vision_s2r.identify.forward import Forward
-from vision_s2r.identify.identifiable import Reason, doubts, identifiable
+from vision_s2r.identify.identifiable import doubts, identifiable
+from vision_s2r.identify.identified import Identified, nominal_of
 from vision_s2r.identify.inverse import KNOWN, Inverse, regression
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, SERVO
-from vision_s2r.randomize import Posterior
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, read_report
-
-
-@dataclass(frozen=True)
-class Identified:
-    """The parameters of a joint, and what they are worth."""
-
-    recording: JointRecording
-    case: JointCase
-    method: str  # forward | inverse
-    estimate: ParameterEstimates
-    held: dict[str, float]  # nominal parameters that were said to be known
-    left: dict[str, Reason]  # effects that the recording cannot identify; they stay as they were
-    doubts: dict[str, Reason]  # effects that were identified, but should not be trusted
-    gap: Gap  # on stretches that no fit has seen
-
-    @property
-    def values(self) -> Values:
-        """What to change in the simulator: nominal parameters that are known or identified, and effects."""
-        known = {name: {"value": value} for name, value in self.held.items()}
-        return {**known, **self.estimate.hypothesis.values}
-
-    @property
-    def before(self) -> Hypothesis:
-        """The simulator as it came, in terms of the case, which knows what is held."""
-        return _nominal(self.recording, self.held)
-
-    @property
-    def posterior(self) -> Posterior:
-        """What the recording leaves open, to randomize over; what is held or lies on a grid stays."""
-        parameters = [(name, key) for name, given in self.values.items() for key in given]
-        at = [parameters.index(label) for label in self.estimate.labels]
-        size = [
-            value if JOINT_EFFECTS[effect].parameter(key).scale == "log" else 1.0
-            for (effect, key), value in zip(self.estimate.labels, self.estimate.values, strict=True)
-        ]
-        covariance = np.zeros((len(parameters), len(parameters)))
-        covariance[np.ix_(at, at)] = self.estimate.covariance / np.outer(size, size)
-        return Posterior(JOINT_EFFECTS, self.values, covariance)
 
 
 def identify(recording: JointRecording, cfg: IdentifyConfig | None = None) -> Identified:
@@ -83,7 +43,7 @@ def identify(recording: JointRecording, cfg: IdentifyConfig | None = None) -> Id
     whole, plain = _methods(known, case, found.fitted, cfg)
     estimate = whole.estimate()
     segments = range(case.segments)
-    nominal = _nominal(recording, held)
+    nominal = nominal_of(recording, held)
     gap = Gap(
         before=case.error(nominal, segments),
         refitted=_held_out(case, plain),
@@ -115,10 +75,6 @@ def torque_error(recording: JointRecording, values: Values, cfg: InverseConfig) 
     """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, before and after these effects, all linear."""
     rows = regression(recording, cfg, np.zeros(recording.position.shape, dtype=int))
     return {key: rows.error(recording.nominal, given) for key, given in (("before", {}), ("after", values))}
-
-
-def _nominal(recording: JointRecording, held: Mapping[str, float]) -> Hypothesis:
-    return Hypothesis({name: {"value": recording.nominal[name]} for name in held})
 
 
 def _reported(report: str) -> Names:

@@ -13,9 +13,10 @@ validation      the same on another recording, where one is given; `position_rms
 next_experiment what to record to identify the rest; may be empty
 """
 
+import io
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import rich.box
@@ -25,17 +26,22 @@ from rich.table import Table
 from vision_s2r.files import write
 from vision_s2r.identify.drawing import correlations
 from vision_s2r.identify.estimate import title
-from vision_s2r.identify.identify import Identified
 from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.report import figures, words
+from vision_s2r.report.drawing import Figures, png
+
+if TYPE_CHECKING:
+    from vision_s2r.identify.identified import Identified
 
 FORMAT = "vision-s2r/identified/1"
 PICTURES = ("before_after.png", "where.png")
+CORRELATIONS = "How parameters are tied to each other: their correlations"
+WIDTH = 120  # characters
 
 
-def content(found: Identified, errors: dict[str, dict[str, float]], validation: dict[str, Any]) -> dict[str, Any]:
-    """What identified.json holds; `errors` are of the recording itself, `validation` of another."""
+def content(found: "Identified") -> dict[str, Any]:
+    """What identified.json holds."""
     curable = {name for name, reason in {**found.left, **found.doubts}.items() if reason.curable}
     return {
         "format": FORMAT,
@@ -51,27 +57,34 @@ def content(found: Identified, errors: dict[str, dict[str, float]], validation: 
             "matrix": found.estimate.correlation.tolist(),
         },
         "gap": _gap(found),
-        **errors,
-        **({"validation": validation} if validation else {}),
+        **found.errors,
+        **({"validation": found.validation} if found.validation else {}),
         "next_experiment": found.case.experiment([], sorted(curable)),
     }
 
 
-def write_all(found: Identified, result: dict[str, Any], out: Path) -> Path:
-    """Write everything into a folder; returns the path of identified.json."""
+def figures_of(found: "Identified") -> Figures:
+    """The figures of a diagnosis, and the correlations of what was identified."""
     before, after = (found.case.samples(each) for each in (found.before, found.estimate.hypothesis))
     drawn = figures(found.recording, found.values, before, after, found.case.unit)
-    for name, picture in zip(PICTURES, drawn.values(), strict=False):
-        write(out / name, picture)
     labels = [title(label) for label in found.estimate.labels]
-    write(out / "correlation.png", correlations(labels, found.estimate.correlation))
+    drawn[CORRELATIONS] = correlations(labels, found.estimate.correlation)
+    return drawn
+
+
+def write_all(found: "Identified", out: Path) -> Path:
+    """Write everything into a folder; returns the path of identified.json."""
+    drawn, result = figures_of(found), content(found)
+    write(out / "correlation.png", png(drawn.pop(CORRELATIONS)))
+    for name, picture in zip(PICTURES, drawn.values(), strict=False):
+        write(out / name, png(picture))
     found.posterior.write(out / "posterior.yaml")
     write_patch(result, found.recording, out / "patch")
     return write(out / "identified.json", json.dumps(result, indent=1, allow_nan=False))
 
 
-def show(result: dict[str, Any]) -> None:
-    """Print a result as a table and a few sentences."""
+def words_of(result: dict[str, Any]) -> str:
+    """A result as a table and a few sentences."""
     table = Table(box=rich.box.SIMPLE, show_edge=False, pad_edge=False)
     for name in ("parameter", "simulator", "identified", "95 % interval", "unit"):
         table.add_column(name, justify="left" if name in ("parameter", "unit") else "right")
@@ -81,10 +94,10 @@ def show(result: dict[str, Any]) -> None:
             interval = "held" if each.get("held") else words.interval(each)
             name = title((effect["name"], key)).replace("_", " ").replace(".", ", ")
             table.add_row(name, was, words.rounded(each["value"], each["ci"]), interval, each["unit"])
-    console = Console(highlight=False)
+    text = io.StringIO()
+    console = Console(file=text, width=WIDTH)
     console.print(table)
-    for line in _sentences(result):
-        console.print(line)
+    return "\n".join([text.getvalue(), *_sentences(result)])
 
 
 def _sentences(result: dict[str, Any]) -> list[str]:
@@ -105,7 +118,7 @@ def _sentences(result: dict[str, Any]) -> list[str]:
     return [*lines, result["next_experiment"]] if result["next_experiment"] else lines
 
 
-def _effect(found: Identified, name: str) -> dict[str, Any]:
+def _effect(found: "Identified", name: str) -> dict[str, Any]:
     effect, given = JOINT_EFFECTS[name], found.values[name]
     parameters: dict[str, dict[str, Any]] = {}
     for parameter in effect.parameters:
@@ -119,7 +132,7 @@ def _effect(found: Identified, name: str) -> dict[str, Any]:
     return {"name": name, "source": effect.source, "parameters": parameters}
 
 
-def _gap(found: Identified) -> dict[str, Any]:
+def _gap(found: "Identified") -> dict[str, Any]:
     gap = found.gap
     shrink = gap.shrink(gap.after)
     levels = {key: float(np.sqrt(getattr(gap, key).mean())) for key in ("before", "refitted", "after", "floor")}

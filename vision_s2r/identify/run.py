@@ -1,13 +1,12 @@
 """From folders to folders."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from vision_s2r.errors import UserError
 from vision_s2r.identify import emps, two_point
 from vision_s2r.identify.config import IdentifyConfig, check
 from vision_s2r.identify.identify import identify, torque_error, validate
-from vision_s2r.identify.result import content, show, write_all
 from vision_s2r.recording import JointRecording, read
 from vision_s2r.recording.folders import folders, outputs
 
@@ -43,9 +42,9 @@ def _identify_into(folder: Path, out: Path, cfg: IdentifyConfig) -> Path:
         found = identify(recording, cfg)
     except UserError as error:
         raise UserError(f"{folder}: {error}") from error
-    errors: dict[str, Any] = {}
     if cfg.method == "inverse":
-        errors["torque_error"] = torque_error(recording, found.values, cfg.inverse)
-    result = content(found, errors, validate(found, other, cfg.inverse) if other else {})
-    show(result)
-    return write_all(found, result, out)
+        found = replace(found, errors={"torque_error": torque_error(recording, found.values, cfg.inverse)})
+    if other:
+        found = replace(found, validation=validate(found, other, cfg.inverse))
+    print(found.summary())
+    return found.save(out)

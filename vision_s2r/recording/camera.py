@@ -34,12 +34,12 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> CameraReco
             raise UserError(f"{folder / name}: {len(files)} picture(s), too few to hold any out, expected {least}")
     real, sim = _pictures(list(real_files.values())), _pictures(list(sim_files.values()))
     _check_size(sim, sim_files, real.shape[1:3], "those of real/")
-    sim, real, grey = _channels(sim, real, folder)
+    sim, real, grey = channels(sim, real, folder)
     return CameraRecording(
         pairing=pairing,
         encoding=encoding,
-        sim=_to_unit(sim),
-        real=_to_unit(real),
+        sim=to_unit(sim),
+        real=to_unit(real),
         labels=_beside(folder / "labels", sim_files, sim.shape[1:3], folder / "sim"),
         mask=_mask(_beside(folder / "mask", sim_files, sim.shape[1:3], folder / "sim")),
         intrinsics=_intrinsics(content, sim.shape[1:3], where),
@@ -131,7 +131,7 @@ def _check_size(pictures: np.ndarray, files: Mapping[str, Path], expected: tuple
         )
 
 
-def _channels(sim: np.ndarray, real: np.ndarray, folder: Path) -> tuple[np.ndarray, np.ndarray, bool]:
+def channels(sim: np.ndarray, real: np.ndarray, folder: Path) -> tuple[np.ndarray, np.ndarray, bool]:
     """Both with three channels, and whether those are equal throughout: whether there is no colour."""
     grey = [pictures.shape[3] == 1 or _colourless(pictures) for pictures in (sim, real)]
     if grey[0] != grey[1] and 1 in (sim.shape[3], real.shape[3]):
@@ -149,7 +149,7 @@ def _full(pictures: np.ndarray) -> int:
     return 255 if pictures.dtype == np.uint8 else 65535
 
 
-def _to_unit(pictures: np.ndarray) -> np.ndarray:
+def to_unit(pictures: np.ndarray) -> np.ndarray:
     """float32 in [0, 1]."""
     return pictures.astype(np.float32) / np.float32(_full(pictures))
 

@@ -44,12 +44,26 @@ LEAST_EPISODE, LEAST_SAMPLES = 10, 100  # rows of an episode and of a recording,
 
 def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> JointRecording:
     """The recording of a folder whose header is `content`. Raises UserError for whatever cannot be."""
-    where = str(folder / "recording.yaml")
+    path = folder / "joint.csv"
+    columns, lines = table.columns(path, check_names)
+    return of_columns(content, columns, lines, hold_out, str(folder / "recording.yaml"), path)
+
+
+def of_columns(
+    content: Mapping[str, Any],
+    columns: Mapping[str, np.ndarray],
+    lines: np.ndarray,
+    hold_out: bool,
+    where: str,
+    path: Path,
+) -> JointRecording:
+    """The recording of a header, and of columns [rows] with the line that each row stands in, checked.
+
+    `where` is the header's place and `path` the columns', for messages. Raises UserError for whatever cannot be.
+    """
     check_keys(content, KEYS, where, ("sample_time", "nominal"))
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
     units = cast(Literal["rotary", "linear"], header.choice(content, "units", ("rotary", "linear"), where, "rotary"))
-    path = folder / "joint.csv"
-    columns, lines = table.columns(path, _check_names)
     command = _command(columns, units, path)
     nominal = _nominal(header.mapping(content, "nominal", where), command, where) | _control(content, command, where)
     _check_inputs(columns, lines, path)
@@ -108,7 +122,8 @@ def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Pa
             raise UserError(f"{path}, line {lines[k]}: {name} is {columns[name][k]:g}, expected {expected}")
 
 
-def _check_names(names: list[str], path: Path) -> None:
+def check_names(names: list[str], path: Path) -> None:
+    """UserError unless these are columns of a joint's recording, and none is missing."""
     for name in names:
         if name not in COLUMNS:
             shown = "".join(letter for letter in name if letter.isprintable())[:40]

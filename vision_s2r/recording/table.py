@@ -1,7 +1,7 @@
 """Tables of a recording: comma-separated rows, each of one sample of one episode."""
 
 import io
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,11 +29,17 @@ def columns(path: Path, check_names: Callable[[list[str], Path], None]) -> tuple
     if not len(lines):
         raise UserError(f"{path}: no row under the header, expected one a sample")
     table = _table(text[len(first) + 1 :], rest, len(names), path)
-    for name, column in zip(names, table.T, strict=True):
+    found = dict(zip(names, table.T, strict=True))
+    check_values(found, lines, path)
+    return found, lines
+
+
+def check_values(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:
+    """UserError for the first value that is no finite number."""
+    for name, column in columns.items():
         wrong = np.flatnonzero(~(np.abs(column) <= LARGEST_VALUE))
         if len(wrong):
             raise UserError(f"{path}, line {lines[wrong[0]]}: {name} is {column[wrong[0]]:g}, expected a finite number")
-    return dict(zip(names, table.T, strict=True)), lines
 
 
 def episodes(numbers: np.ndarray, lines: np.ndarray, path: Path) -> dict[int, np.ndarray]:

@@ -1,5 +1,7 @@
-"""Figures of plain arrays, as PNG."""
+"""Figures of plain arrays."""
 
+import base64
+import html as text
 import io
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -15,7 +17,15 @@ DPI = 110
 Panel = Mapping[str, np.ndarray]  # measured, before, after
 
 
-def series(t: np.ndarray, panels: Mapping[str, Panel]) -> bytes:
+class Figures(dict[str, Figure]):
+    """Figures by caption. A notebook shows them all."""
+
+    def _repr_html_(self) -> str:
+        shown = [(text.escape(caption), base64.b64encode(png(figure)).decode()) for caption, figure in self.items()]
+        return "".join(f'<p>{caption}</p><img src="data:image/png;base64,{content}">' for caption, content in shown)
+
+
+def series(t: np.ndarray, panels: Mapping[str, Panel]) -> Figure:
     """Panels over a common time `t` [T] (s), by label ("velocity, rad/s"): measured, before and after [T] of each."""
     figure, axes = canvas(len(panels), 1, 2.6 * len(panels), sharex=True)
     for axis, (label, panel) in zip(axes.flat, panels.items(), strict=True):
@@ -26,10 +36,10 @@ def series(t: np.ndarray, panels: Mapping[str, Panel]) -> bytes:
         plain(axis)
     axes.flat[0].legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2)
     axes.flat[-1].set_xlabel("t, s")
-    return png(figure)
+    return figure
 
 
-def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> bytes:
+def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
     """Bars of the gap by bin, a panel an axis: its name; labels, before, after and floor [bins] (NaN: no samples)."""
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
@@ -51,10 +61,10 @@ def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.nd
         axis.remove()
     handles, names = axes.flat[0].get_legend_handles_labels()
     figure.legend(handles, names, frameon=False, fontsize=8, ncols=3, loc="outside upper right")
-    return png(figure)
+    return figure
 
 
-def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, Sequence[np.ndarray]]) -> bytes:
+def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, Sequence[np.ndarray]]) -> Figure:
     """Rows of pictures: columns of [H, W, 3] in [0, 1] by title, then of signed residuals [H, W, 3], around grey."""
     titles = [*columns, *residuals]
     rows = max(len(pictures) for pictures in columns.values())
@@ -72,10 +82,10 @@ def strips(columns: Mapping[str, Sequence[np.ndarray]], residuals: Mapping[str, 
                 axis.imshow(np.clip(0.5 + residuals[title][row] / (2 * limit), 0, 1), interpolation="nearest")
             if row == 0:
                 axis.set_title(title, fontsize=9, loc="left")
-    return png(figure)
+    return figure
 
 
-def maps(unit: str, panels: Mapping[str, np.ndarray]) -> bytes:
+def maps(unit: str, panels: Mapping[str, np.ndarray]) -> Figure:
     """Maps [rows, columns] of the picture, by title, on one scale."""
     figure, axes = canvas(1, len(panels), 3.4)
     top = max(float(np.nanmax(values)) for values in panels.values())
@@ -85,7 +95,7 @@ def maps(unit: str, panels: Mapping[str, np.ndarray]) -> bytes:
         axis.set_xticks([])
         axis.set_yticks([])
     figure.colorbar(image, ax=axes, label=unit, shrink=0.9)
-    return png(figure)
+    return figure
 
 
 def _rows(items: list[Any], columns: int) -> list[list[Any]]:

@@ -3,23 +3,25 @@
 import math
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from vision_s2r.fit.case import Axis, Samples, Values
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.recording import CameraRecording, JointRecording, Recording
 from vision_s2r.report import drawing
+from vision_s2r.report.drawing import Figures
 
 STRETCH = 400  # samples of an episode that are drawn
 FRAMES = 3  # pictures that are drawn
 GRID = "grid"  # the axis of a picture's cells, drawn as a map
 
 
-def figures(recording: Recording, effects: Values, before: Samples, after: Samples, unit: str) -> dict[str, bytes]:
-    """PNGs by caption: what it looks like, and where the gap lies before and after `effects`.
+def figures(recording: Recording, effects: Values, before: Samples, after: Samples, unit: str) -> Figures:
+    """By caption: what it looks like, and where the gap lies before and after `effects`.
 
     `before` and `after` are the samples of the simulator as it came and of the diagnosed one; `unit` that of the gap.
     """
-    looks: dict[str, bytes] = {}
+    looks = Figures()
     if isinstance(recording, JointRecording):
         looks |= _joint(recording, effects)
     elif isinstance(recording, CameraRecording):
@@ -49,13 +51,13 @@ def _levels(before: Samples, after: Samples, axis: Axis) -> tuple[np.ndarray, np
     return level(before.error), level(after.error), level(before.floor)
 
 
-def _map(before: Samples, after: Samples, axis: Axis, unit: str) -> bytes:
+def _map(before: Samples, after: Samples, axis: Axis, unit: str) -> Figure:
     side = math.isqrt(len(axis.labels))
     first, second, _ = _levels(before, after, axis)
     return drawing.maps(unit, {"before": first.reshape(side, side), "after": second.reshape(side, side)})
 
 
-def _joint(recording: JointRecording, effects: Values) -> dict[str, bytes]:
+def _joint(recording: JointRecording, effects: Values) -> dict[str, Figure]:
     """The stretch where the free-running simulator is furthest from what was measured."""
     real, before, after = measured(recording), free_run(recording, {}), free_run(recording, effects)
     errors = np.nan_to_num((before[..., 1] - real[..., 1]) ** 2)
@@ -78,7 +80,7 @@ def _joint(recording: JointRecording, effects: Values) -> dict[str, bytes]:
     return {caption: drawing.series(t, panels)}
 
 
-def _camera(recording: CameraRecording, effects: Values) -> dict[str, bytes]:
+def _camera(recording: CameraRecording, effects: Values) -> dict[str, Figure]:
     """Pictures of the frames that are furthest off, and their residuals where pictures are paired."""
     from vision_s2r.fit.camera.pictures import show  # imports torch
 

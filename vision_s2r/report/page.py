@@ -1,23 +1,33 @@
 """The page."""
 
 import base64
+import html as text
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import jinja2
+from matplotlib.figure import Figure
 
 from vision_s2r.files import write
 from vision_s2r.report import words
+from vision_s2r.report.drawing import png
 
 TEMPLATE = "report.html"
 
 
-def write_html(report: Mapping[str, Any], figures: Mapping[str, bytes], path: Path) -> None:
-    """Write a report as one page that needs no other file and no network.
+def write_html(report: Mapping[str, Any], figures: Mapping[str, Figure], path: Path) -> None:
+    """Write a report's page as `html` makes it. Raises UserError where the file cannot be written."""
+    write(path, html(report, figures))
 
-    `figures` are PNGs by caption, shown in their order. Raises UserError where the file cannot be written.
-    """
+
+def framed(page: str) -> str:
+    """A page within another one, whose styles stay apart: for notebooks."""
+    return f'<iframe srcdoc="{text.escape(page)}" style="width: 100%; height: 40rem; border: 0"></iframe>'
+
+
+def html(report: Mapping[str, Any], figures: Mapping[str, Figure]) -> str:
+    """A report as one page that needs no other file and no network; `figures` by caption, shown in their order."""
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("vision_s2r.report"),
         autoescape=True,  # keys beyond the contract's may be absent, so undefined ones are not an error
@@ -31,12 +41,11 @@ def write_html(report: Mapping[str, Any], figures: Mapping[str, bytes], path: Pa
         "ends": words.interval_percent,
         "measured": words.measured,
         "interval": words.interval,
-        "png": lambda content: "data:image/png;base64," + base64.b64encode(content).decode(),
+        "png": lambda figure: "data:image/png;base64," + base64.b64encode(png(figure)).decode(),
     }
-    page = environment.get_template(TEMPLATE).render(
+    return environment.get_template(TEMPLATE).render(
         report=report, gap=report["gap"], figures=figures, sentence=words.verdict(report), bars=_bars(report["gap"])
     )
-    write(path, page)
 
 
 def _bars(gap: Mapping[str, Any]) -> list[tuple[str, str, float]]:

@@ -27,7 +27,7 @@ def sealed(case: str, index: int, folder: Path) -> joint.Machine:
 
 def reported(folder: Path, withhold: tuple[str, ...] = ()) -> dict[str, Any]:
     cfg = replace(compose(DiagnoseConfig, "diagnose", ["recording=x"]), withhold=list(withhold))
-    return diagnose(read(folder), cfg).report
+    return diagnose(read(folder), cfg).to_dict()
 
 
 def test_a_pair_from_the_command_line(tmp_path: Path) -> None:

@@ -1,0 +1,167 @@
+"""A report in memory: typed, and the same as its report.json."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from types import UnionType
+from typing import Any, Self, cast, get_args, get_origin, get_type_hints
+
+from vision_s2r.report import words
+from vision_s2r.report.page import framed, html
+
+Interval = tuple[float, float]  # 95 %
+
+
+@dataclass(frozen=True)
+class GapShare:
+    """A share of the gap."""
+
+    share: float
+    ci: Interval
+
+
+@dataclass(frozen=True, kw_only=True)
+class GapSize:
+    """How large the gap is, on episodes or frames that no parameter was fitted to."""
+
+    metric: str  # velocity_rmse
+    unit: str  # rad/s
+    described: str | None = None
+    before: float  # of the simulator as it came
+    refitted: float | None = None  # with its nominal parameters refitted
+    after: float  # with the effects found
+    floor: float  # measurement noise
+    shrink: float  # (before - after) / (before - floor)
+    shrink_ci: Interval
+    shrink_by_refitting: GapShare | None = None
+    shrink_by_effects: GapShare | None = None
+
+
+@dataclass(frozen=True)
+class SourceShare:
+    """What one of the sources of the reality gap is to blame for."""
+
+    source: str
+    share: float
+    ci: Interval
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the gap lies: a bin that holds more of it than of the samples."""
+
+    axis: str
+    at: str
+    share: float
+    ci: Interval | None = None
+    samples: float | None = None  # share of the samples
+
+
+@dataclass(frozen=True)
+class FoundParameter:
+    """A parameter of an effect."""
+
+    value: float
+    unit: str
+    ci: Interval
+
+
+@dataclass(frozen=True)
+class FoundEffect:
+    """An effect that the simulator lacks, or a nominal value that is wrong in it."""
+
+    name: str
+    source: str
+    share: float
+    ci: Interval
+    evidence: float  # nats of held-out log-likelihood
+    parameters: dict[str, FoundParameter]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What became of an effect that was asked about."""
+
+    name: str
+    status: str  # present | absent | not_excited | confusable
+    evidence: float
+    confusable_with: tuple[str, ...]
+    reason: str | None = None  # why it is not excited
+
+
+@dataclass(frozen=True)
+class Alternative:
+    """Another set of effects, with its evidence against the simulator as it came."""
+
+    effects: tuple[str, ...]
+    evidence: float
+
+
+@dataclass(frozen=True)
+class Unexplained:
+    """What no named effect explains."""
+
+    share: float
+    ci: Interval
+    where: tuple[Place, ...]
+    resembles: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class GapReport:
+    """What a diagnosis says. A notebook shows it as its page."""
+
+    format: str
+    kind: str  # of the recording
+    verdict: str  # no_gap | explained | partly_explained | unexplained
+    gap: GapSize
+    sources: tuple[SourceShare, ...]
+    where: tuple[Place, ...]
+    effects: tuple[FoundEffect, ...]  # the largest share first
+    candidates: tuple[Candidate, ...]
+    alternatives: tuple[Alternative, ...]
+    unexplained: Unexplained
+    next_experiment: str
+
+    @classmethod
+    def of(cls, data: Mapping[str, Any], **more: Any) -> Self:
+        """From what report.json holds, checked already (`vision_s2r.report.reading.read_report`)."""
+        return cls(**{key: _typed(get_type_hints(cls)[key], each) for key, each in data.items()}, **more)
+
+    def to_dict(self) -> dict[str, Any]:
+        """What report.json holds."""
+        return {each.name: _plain(getattr(self, each.name)) for each in fields(GapReport)}
+
+    def summary(self) -> str:
+        """The verdict in sentences, and what to record next."""
+        return "\n".join(filter(None, [words.verdict(self.to_dict()), self.next_experiment]))
+
+    def _repr_html_(self) -> str:
+        return framed(html(self.to_dict(), {}))
+
+
+def _typed(kind: Any, value: Any) -> Any:
+    """Plain data as this type. Raises TypeError for keys that it does not have."""
+    if value is None:
+        return None
+    if get_origin(kind) is UnionType:  # with None
+        return _typed(get_args(kind)[0], value)
+    if is_dataclass(kind):
+        hints = get_type_hints(kind)
+        return cast(Any, kind)(**{key: _typed(hints.get(key), each) for key, each in value.items()})
+    if get_origin(kind) is tuple:
+        return tuple(_typed(get_args(kind)[0], each) for each in value)
+    if get_origin(kind) is dict:
+        return {key: _typed(get_args(kind)[1], each) for key, each in value.items()}
+    return value
+
+
+def _plain(value: Any) -> Any:
+    """As JSON has it, without what is None."""
+    if is_dataclass(value):
+        named = {each.name: getattr(value, each.name) for each in fields(value)}
+        return {key: _plain(each) for key, each in named.items() if each is not None}
+    if isinstance(value, tuple):
+        return [_plain(each) for each in value]
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    return value
