@@ -16,7 +16,7 @@ from vision_s2r.contact import CONTACT_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted((ROOT / "docs").rglob("*.md"))
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(r"^( *)```(\w+)([^\n]*)\n(.*?)^\1```$", re.MULTILINE | re.DOTALL)
 INCLUDED = re.compile(r'^--8<-- "(.+)"$', re.MULTILINE)
 IMAGE = re.compile(r"!\[[^]]*\]\(([^)]+)\)")

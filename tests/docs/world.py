@@ -2,6 +2,7 @@
 
 import copy
 import functools
+import math
 import shutil
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,9 @@ def make(folder: Path) -> Path:
     save_untrained_policy(runs / "policy-0" / "best.safetensors", GraspConfig(picture="canonical"))
     save_untrained_translator(runs / "translator-0" / "best.safetensors", NetworkConfig(levels=2))
     (folder / "configs").symlink_to(CONFIGS)
+    (folder / "logs").mkdir()
+    rows = (f"{10 * k},{90 * math.sin(0.03 * k):.3f},{math.cos(0.03 * k):.4f}" for k in range(400))
+    (folder / "logs" / "bench.csv").write_text("\n".join(["time (ms),angle (deg),amps", *rows]) + "\n")
     return folder
 
 
