@@ -58,6 +58,9 @@ class DiagnoseConfig:
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2), "The search for what a camera has."
     )
+    contact: SearchConfig = option(
+        SearchConfig(beam=2, breadth=5, contenders=3, most=4), "The search for what a body on its support has."
+    )
 
 
 def check(cfg: DiagnoseConfig) -> None:

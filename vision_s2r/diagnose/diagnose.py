@@ -76,7 +76,7 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     """
     cfg = cfg or DiagnoseConfig()
     case = open_case(recording, cfg.withhold)
-    limits = cfg.joint if case.kind == "joint" else cfg.camera
+    limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
         found = Search(case, assessor).run()
@@ -88,7 +88,7 @@ def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
     if isinstance(recording, JointRecording):
         opened = load("vision_s2r.fit.joint.case:JointCase")
     elif isinstance(recording, ContactRecording):
-        raise UserError("recordings of kind contact are read, but not yet diagnosed by this version")
+        opened = load("vision_s2r.fit.contact.case:ContactCase")
     else:
         place = "unpaired.case:UnpairedCase" if recording.pairing == "unpaired" else "camera.case:CameraCase"
         opened = load(f"vision_s2r.fit.{place}").open

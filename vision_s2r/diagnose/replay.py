@@ -1,7 +1,7 @@
 """Another recording of the same machine through the simulator, before and after its diagnosis. Nothing is fitted."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from hydra.core.config_store import ConfigStore
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import Values
+from vision_s2r.fit.contact.free_run import WINDOW, Run, windowed
 from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
@@ -23,6 +24,12 @@ from vision_s2r.report.reading import diagnosed, read_report, values
 
 FORMAT = "vision-s2r/replay/1"
 COLUMNS = ("episode", "t", *(f"{q}_{k}" for q in ("position", "velocity") for k in ("measured", "before", "after")))
+
+CONTACT_COLUMNS = (
+    *("episode", "t", "window"),
+    *(f"{axis}_{k}" for axis in "xyz" for k in ("measured", "before", "after")),
+    *("angle_before", "angle_after"),
+)
 
 
 @dataclass
@@ -70,7 +77,7 @@ def replay(recording: Recording, effects: Values, out: Path, seed: int = 0) -> d
     if isinstance(recording, JointRecording):
         return result | _replay_joint(recording, effects, out)
     if isinstance(recording, ContactRecording):
-        raise UserError("recordings of kind contact are read, but not yet replayed by this version")
+        return result | _replay_contact(recording, effects, out)
     return result | _replay_camera(recording, effects, out, seed)
 
 
@@ -81,7 +88,7 @@ def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict
         t = recording.time[k, :length]
         both = [each[k, :length, quantity] for quantity in (0, 1) for each in (real, before, after)]
         blocks.append(np.stack([np.full(length, recording.episodes[k]), t, *both], axis=1))
-    _write_table(out / "replay.csv", np.concatenate(blocks))
+    _write_table(out / "replay.csv", np.concatenate(blocks), COLUMNS)
     unit = "rad" if recording.units == "rotary" else "m"
     gaps = {
         f"{name}_rmse": {
@@ -102,6 +109,32 @@ def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict
                 "before": _rms(before[k, :, 1] - real[k, :, 1]),
                 "after": _rms(after[k, :, 1] - real[k, :, 1]),
             }
+            for k, episode in enumerate(recording.episodes)
+        ],
+    }
+
+
+def _replay_contact(recording: ContactRecording, effects: Values, out: Path) -> dict[str, Any]:
+    before, after = windowed(recording, {}), windowed(recording, effects)
+    blocks = []
+    for k, length in enumerate(recording.lengths):
+        t = np.arange(length) * recording.sample_time
+        all_three = (recording.position, before.position, after.position)
+        columns = [np.full(length, recording.episodes[k]), t, before.window[k, :length]]
+        columns += [each[k, :length, axis] for axis in range(3) for each in all_three]
+        blocks.append(np.stack([*columns, before.angle[k, :length], after.angle[k, :length]], axis=1))
+    _write_table(out / "replay.csv", np.concatenate(blocks), CONTACT_COLUMNS)
+
+    def distances(run: Run) -> np.ndarray:
+        return np.linalg.norm(run.position - recording.position, axis=-1)
+
+    errors = {"before": distances(before), "after": distances(after)}
+    return {
+        "described": f"in windows of {WINDOW:g} s that each begin at the measured state",
+        "gap": {"metric": "position_rmse", "unit": "m", **{key: _rms(each) for key, each in errors.items()}},
+        "gaps": {"angle_rmse": {"unit": "rad", "before": _rms(before.angle), "after": _rms(after.angle)}},
+        "episodes": [
+            {"episode": episode, **{key: _rms(each[k]) for key, each in errors.items()}}
             for k, episode in enumerate(recording.episodes)
         ],
     }
@@ -146,8 +179,8 @@ def _png(picture: np.ndarray, recording: CameraRecording) -> bytes:
     return encoded.tobytes()
 
 
-def _write_table(path: Path, table: np.ndarray) -> None:
-    lines = [",".join(COLUMNS)]
+def _write_table(path: Path, table: np.ndarray, columns: Sequence[str]) -> None:
+    lines = [",".join(columns)]
     lines += [f"{int(row[0])}," + ",".join(f"{value:.9g}" for value in row[1:]) for row in table]
     write(path, "\n".join(lines) + "\n")
 

@@ -9,7 +9,7 @@ from vision_s2r.gapbench.generate.base import CASES, SPLITS
 from vision_s2r.options import option, validate
 
 STAGES = ("generate", "score", "all")
-KINDS = ("joint", "camera")
+KINDS = ("joint", "camera", "contact")
 COUNTS = {
     "null": 20,
     "dynamics": 18,

@@ -5,18 +5,18 @@ from pathlib import Path
 from typing import Any
 
 from vision_s2r.files import write
-from vision_s2r.patch import bullet, hydra, mujoco, opencv, urdf
+from vision_s2r.patch import bullet, contact, hydra, mujoco, opencv, urdf
 from vision_s2r.patch import effects as _effects  # noqa: F401  (fills the records)
 from vision_s2r.patch.effect import CAMERA_PATCHES
-from vision_s2r.recording import CameraRecording, JointRecording, Recording
+from vision_s2r.recording import ContactRecording, JointRecording, Recording
 from vision_s2r.report.reading import diagnosed
 
 
 def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -> list[Path]:
     """Write what a report names into a folder, for the machine of the recording; returns the files.
 
-    Hydra: a configuration with the values, and one whose ranges are their intervals. Joints: MuJoCo, URDF and
-    PyBullet. Cameras: OpenCV, where the geometry is concerned. Raises UserError where that cannot be.
+    Hydra: a configuration with the values, and one whose ranges are their intervals. Joints and contacts: MuJoCo,
+    URDF and PyBullet. Cameras: OpenCV, where the geometry is concerned. Raises UserError where that cannot be.
     """
     named = diagnosed(report)
     if isinstance(recording, JointRecording):
@@ -27,8 +27,15 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
             "urdf.xml": urdf.joint(named, recording),
             "pybullet.json": bullet.joint(named, recording),
         }
+    elif isinstance(recording, ContactRecording):
+        files = {
+            "contact.yaml": contact.hydra(named, recording, randomize=False),
+            "contact_randomized.yaml": contact.hydra(named, recording, randomize=True),
+            "mujoco.xml": contact.mujoco(named, recording),
+            "urdf.xml": contact.urdf(named, recording),
+            "pybullet.json": contact.bullet(named, recording),
+        }
     else:
-        assert isinstance(recording, CameraRecording)
         files = {
             "camera.yaml": hydra.camera(named, recording, randomize=False),
             "camera_randomized.yaml": hydra.camera(named, recording, randomize=True),

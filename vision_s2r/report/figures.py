@@ -6,8 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vision_s2r.fit.case import Axis, Samples, Values
+from vision_s2r.fit.contact.free_run import WINDOW, windowed
 from vision_s2r.fit.joint.free_run import free_run, measured
-from vision_s2r.recording import CameraRecording, JointRecording, Recording
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording
 from vision_s2r.report import drawing
 from vision_s2r.report.drawing import Figures
 
@@ -26,6 +27,8 @@ def figures(recording: Recording, effects: Values, before: Samples, after: Sampl
         looks |= _joint(recording, effects)
     elif isinstance(recording, CameraRecording):
         looks |= _camera(recording, effects)
+    else:
+        looks |= _contact(recording, effects)
     axes = [axis for axis in before.axes if axis.name != GRID and len(axis.labels) > 1]
     parts = {axis.name: (axis.labels, *_levels(before, after, axis)) for axis in axes}
     if parts:
@@ -77,6 +80,25 @@ def _joint(recording: JointRecording, effects: Values) -> dict[str, Figure]:
     }
     t = np.arange(start, start + size) * recording.sample_time
     caption = f"Where the simulator is furthest off: episode {recording.episodes[episode]}, free run from its first row"
+    return {caption: drawing.series(t, panels)}
+
+
+def _contact(recording: ContactRecording, effects: Values) -> dict[str, Figure]:
+    """The toss that the simulator gets worst, in windows from measured states."""
+    before, after = windowed(recording, {}), windowed(recording, effects)
+    errors = np.nanmean(np.linalg.norm(before.position - recording.position, axis=-1), axis=1)
+    episode = int(np.argmax(errors))
+    rows = slice(0, int(recording.lengths[episode]))
+    panels = {
+        f"{axis}, m": {
+            "measured": recording.position[episode, rows, k],
+            "before": before.position[episode, rows, k],
+            "after": after.position[episode, rows, k],
+        }
+        for k, axis in enumerate("xyz")
+    }
+    t = np.arange(recording.lengths[episode]) * recording.sample_time
+    caption = f"Where the simulator is furthest off: episode {recording.episodes[episode]}, in windows of {WINDOW:g} s"
     return {caption: drawing.series(t, panels)}
 
 

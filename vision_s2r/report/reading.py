@@ -12,7 +12,11 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.lazy import load
 
 FORMAT = "vision-s2r/report/1"
-LIBRARIES = {"joint": "vision_s2r.joint:JOINT_EFFECTS", "camera": "vision_s2r.camera:CAMERA_EFFECTS"}
+LIBRARIES = {
+    "joint": "vision_s2r.joint:JOINT_EFFECTS",
+    "camera": "vision_s2r.camera:CAMERA_EFFECTS",
+    "contact": "vision_s2r.contact:CONTACT_EFFECTS",
+}
 
 
 @dataclass(frozen=True)

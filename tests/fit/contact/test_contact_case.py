@@ -1,0 +1,126 @@
+"""Tosses as a case: what is estimated from poses, what a window is worth, and a diagnosis from folder to patch."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from tests.recordings import a_contact
+from vision_s2r.contact import CONTACT_EFFECTS, Nominal, box, pack, simulate
+from vision_s2r.contact.benchmark import toss
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose_all
+from vision_s2r.diagnose.replay import ReplayConfig, replay_all
+from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.predictor import plain
+from vision_s2r.fit.contact.space import Space
+from vision_s2r.fit.contact.states import states_of
+from vision_s2r.fit.contact.windows import make_track, windows_of
+from vision_s2r.recording import ContactRecording, write
+
+NOMINAL = Nominal(0.37, 0.5, 0.2)
+CUBE = box((0.05, 0.05, 0.05))
+DT = 1 / 148
+
+
+def tossed(effects, tosses=10, samples=90, noise=(3e-4, 2e-3), seed=3):
+    """Tosses and pushes of a cube with these effects, their poses measured with noise; and the true states."""
+    rng = np.random.default_rng(seed)
+    first = toss(tosses, seed)
+    pushed = tosses // 3
+    first[:pushed, 2], first[:pushed, 3:7] = 0.05, (0, 0, 0, 1)
+    first[:pushed, 9:12] = 0
+    truth = simulate(pack(NOMINAL, effects)[None], CUBE, first, samples, DT, substeps=20)[0]
+    turn = Rotation.from_rotvec(rng.normal(0, noise[1], (tosses * samples, 3)))
+    recording = ContactRecording(
+        nominal=dataclasses.asdict(NOMINAL),
+        shape=CUBE,
+        sample_time=DT,
+        position=truth[..., :3] + rng.normal(0, noise[0], (tosses, samples, 3)),
+        attitude=(turn * Rotation.from_quat(truth[..., 3:7].reshape(-1, 4))).as_quat().reshape(tosses, samples, 4),
+        velocity=None,
+        lengths=np.full(tosses, samples),
+        episodes=tuple(range(tosses)),
+    )
+    return recording, truth
+
+
+def test_every_contact_effect_says_what_fitting_needs():
+    assert {effect.name for effect in CONTACT_EFFECTS} == set(CONTACT_FITS)
+    scales = Scales(NOMINAL, CUBE, DT)
+    for effect in CONTACT_EFFECTS:
+        fit = CONTACT_FITS[effect.name]
+        names = [parameter.name for parameter in effect.parameters]
+        assert [each.parameter for each in fit.ranges(scales)] == names
+        for setting in (*fit.starts(scales), fit.plausible(scales)):
+            assert list(effect.check(setting)) == names
+        assert fit.not_excited and fit.excited_by and fit.confusable <= set(CONTACT_FITS)
+
+
+def test_velocities_are_read_off_poses_as_surely_as_they_say():
+    recording, truth = tossed({})
+    states = states_of(recording)
+    assert states.noise == pytest.approx((3e-4, 2e-3), rel=0.25)
+    error = (states.state[..., 7:] - truth[..., 7:]).reshape(*truth.shape[:2], 2, 3)
+    scaled = error / states.sigma[..., 2:, None]
+    assert np.median(np.abs(scaled)) == pytest.approx(0.6745, rel=0.25)
+    given = dataclasses.replace(recording, velocity=truth[..., 7:])
+    assert states_of(given).measured
+    late = dataclasses.replace(recording, velocity=np.roll(truth[..., 7:], 1, axis=1))
+    assert not states_of(late).measured
+
+
+def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
+    recording, _ = tossed({})
+    track = make_track(recording)
+    predictor = plain(track, windows_of(track))
+    space = Space(frozenset(), Scales(track.nominal, track.shape, track.sample_time), {})
+    index = range(len(predictor.windows.first))
+    point = np.empty((1, 0))
+    bare = predictor.residuals(space, point, index)
+    white = predictor.whitened(space, point[0]).residuals(space, point, index)
+    inside = np.repeat(predictor.windows.inside, 6, axis=1)
+    assert np.sqrt(np.mean(bare[0, ..., 0][inside] ** 2)) > 5
+    assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.2)
+
+
+def test_a_wrong_friction_is_named_replayed_and_patched(tmp_path):
+    recording, _ = tossed({"lateral_friction": {"value": 0.25}})
+    folder = str(write(recording, tmp_path / "recording"))
+    diagnose_all(DiagnoseConfig(recording=folder, out=str(tmp_path / "report"), jobs=1))
+    report = json.loads((tmp_path / "report" / "report.json").read_text())
+    assert report["kind"] == "contact" and report["verdict"] == "explained"
+    (effect,) = report["effects"]
+    value = effect["parameters"]["value"]
+    assert effect["name"] == "lateral_friction" and value["value"] == pytest.approx(0.25, rel=0.03)
+    assert value["ci"][0] <= 0.25 <= value["ci"][1]
+    assert report["gap"]["after"] < 0.5 * report["gap"]["before"]
+    assert {place["axis"] for place in report["where"]} <= {"phase", "speed", "part"}
+    patch = tmp_path / "report" / "patch"
+    changed = json.loads((patch / "pybullet.json").read_text())["changeDynamics"]
+    assert changed == {"lateralFriction": value["value"], "restitution": 0.2}
+    assert f'<lateral_friction value="{value["value"]:.9g}"/>' in (patch / "urdf.xml").read_text()
+    assert f'friction="{value["value"]:.6g} 0 0"' in (patch / "mujoco.xml").read_text()
+    cfg = ReplayConfig(folder, str(tmp_path / "report" / "report.json"), str(tmp_path / "replay"))
+    (path,) = replay_all(cfg)
+    replayed = json.loads(path.read_text())
+    assert replayed["gap"]["after"] < 0.5 * replayed["gap"]["before"]
+    header, first = (tmp_path / "replay" / "replay.csv").read_text().splitlines()[:2]
+    assert header == (
+        "episode,t,window,x_measured,x_before,x_after,y_measured,y_before,y_after,z_measured,z_before,z_after,"
+        "angle_before,angle_after"
+    )
+    row = [float(cell) for cell in first.split(",")]
+    assert row[:3] == [0, 0, 0] and row[3] == pytest.approx(row[4], abs=1e-3)
+
+
+def test_a_short_and_a_ball_s_recording_go_through_a_replay(tmp_path):
+    (tmp_path / "report.json").write_text(
+        json.dumps({"format": "vision-s2r/report/1", "kind": "contact", "effects": []})
+    )
+    folder = write(a_contact(samples=13), tmp_path / "short")
+    cfg = ReplayConfig(str(folder), str(tmp_path / "report.json"), str(tmp_path / "replay"))
+    result = json.loads(replay_all(cfg)[0].read_text())
+    assert result["gap"]["before"] == result["gap"]["after"] < 5e-3

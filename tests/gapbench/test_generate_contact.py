@@ -1,0 +1,45 @@
+"""Sealed tosses: an integrator of their own that agrees with the laws of the vocabulary; recordings that are read."""
+
+import numpy as np
+import pytest
+
+from vision_s2r.contact import Nominal, box, pack, simulate
+from vision_s2r.contact.benchmark import toss
+from vision_s2r.gapbench.generate import contact
+from vision_s2r.gapbench.generate.body import FINE, Body, move
+from vision_s2r.recording import read
+
+CUBE = box((0.05, 0.05, 0.05))
+
+
+@pytest.mark.parametrize(
+    ("fields", "effects"),
+    [
+        ({}, {}),
+        ({"friction": 0.15}, {"lateral_friction": {"value": 0.15}}),
+        ({"spinning": 0.02}, {"spinning_friction": {"value": 0.02}}),
+        ({"rolling": 0.01}, {"rolling_friction": {"value": 0.01}}),
+        ({"center_x": 0.006, "center_z": -0.005}, {"center_of_mass": {"x": 0.006, "y": 0.0, "z": -0.005}}),
+        ({"roll": 0.05, "pitch": -0.03}, {"support_tilt": {"roll": 0.05, "pitch": -0.03}}),
+        ({"stiffness": 1e4, "damping": 8.0}, {"contact_compliance": {"stiffness": 1e4, "damping": 8.0}}),
+    ],
+)
+def test_two_integrators_that_share_no_code_move_bodies_alike(fields, effects):
+    first, samples, step = toss(5, 4), 50, 0.006
+    body = Body(0.37, 0.4, 0.2)._replace(**fields)
+    theirs = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, samples, step, FINE) for row in first])
+    machine = pack(Nominal(0.37, 0.4, 0.2), effects)[None]
+    ours = simulate(machine, CUBE, first, samples, step, substeps=20)[0]
+    bare = simulate(pack(Nominal(0.37, 0.4, 0.2), {})[None], CUBE, first, samples, step, substeps=20)[0]
+    error, without = (np.median(np.linalg.norm((x - theirs)[:, -1, :3], axis=-1)) for x in (ours, bare))
+    assert error < 2e-3 and (not effects or without > 1.5 * error)
+
+
+def test_a_sealed_recording_is_read_and_drawn_again_the_same(tmp_path):
+    for name in ("a", "b"):
+        machine = contact.machine("null", 0, "tuning", np.random.default_rng(3))
+        (tmp_path / name).mkdir()
+        machine.write(tmp_path / name)
+    one, two = ((tmp_path / name / "contact.csv").read_text() for name in ("a", "b"))
+    assert one == two and machine.answer.effects == {} and machine.answer.severity == 0
+    assert len(read(tmp_path / "a")) == contact.TOSSES

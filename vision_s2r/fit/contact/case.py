@@ -1,0 +1,184 @@
+"""Tosses of a body as a case of the diagnosis."""
+
+import threading
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+
+import numpy as np
+
+from vision_s2r.contact import COEFFICIENTS
+from vision_s2r.effects import Effect, Parameter
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.contact import uncertainty
+from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
+from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales, confusable
+from vision_s2r.fit.contact.fitter import SCALE, Fitter, names_of
+from vision_s2r.fit.contact.gap import Gap
+from vision_s2r.fit.contact.predictor import plain
+from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
+from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
+from vision_s2r.recording import ContactRecording
+
+WINSOR = 16.0  # squared residuals beyond, in units of the noise, count as this: an impact that came out differently
+LAYERS = 3  # effects that are taken off, at most, before what is not known is read off what is left
+CLEAR = 30.0  # nats that an effect seems to gain for that
+DETECTABLE = 20.0  # nats that an effect of plausible size should bring
+TOLERANCE = 0.01  # relative change of a nominal coefficient that is the simulator's own …
+SLIGHT = 0.003  # … or this much, absolute
+INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have
+
+
+class ContactCase:
+    """Episodes of a body on its support beside the simulator of `vision_s2r.contact`.
+
+    The search looks at poses in windows of 0.1 s, each from a measured state; the gap is that of positions in windows
+    of 0.25 s. An episode is a segment.
+    """
+
+    kind = "contact"
+    sharp = False
+    refitted: Names = frozenset()  # a wrong coefficient is an effect as any other
+    rough: Names = frozenset({name for name, fit in CONTACT_FITS.items() if fit.rough})
+    discrepancies: Mapping[str, str] = MEANINGS
+    certain: Mapping[str, float] = {}
+    metric, unit = "position_rmse", "m"
+    described = "position in windows of 0.25 s that each begin at a measured state, of tosses that no fit has seen"
+
+    def __init__(self, recording: ContactRecording, library: Mapping[str, Effect]) -> None:
+        self.recording, self.library = recording, library
+        self.segments = len(recording)
+        self.track = make_track(recording)
+        self._windows = windows_of(self.track)
+        self._scales = Scales(self.track.nominal, self.track.shape, self.track.sample_time)
+        self._terms = terms_of(self.track)
+        self._lock = threading.Lock()
+        self._prepare()
+
+    def _prepare(self) -> None:
+        """What is not known of predictions depends on the machine: that of the likeliest few effects."""
+        episodes = range(self.segments)
+        overlap = min(1.0, 1.5 * STRIDE / SPAN)
+        nominal = self._fitter_of(NOMINAL, overlap)
+        both = frozenset(COEFFICIENTS) & frozenset(self.library)
+        best = nominal.fit(both, episodes, NOMINAL)
+        fitter = self._fitter_of(best, overlap)
+        for _ in range(LAYERS):
+            gains = fitter.gains(best, sorted(self.library.keys() - names_of(best)))
+            name = max(gains, key=lambda each: gains[each], default=None)
+            if name is None or gains[name] < CLEAR:
+                break
+            best = fitter.fit(names_of(best) | {name}, episodes, best)
+        self._fitter = self._fitter_of(best, overlap)
+        best = self._fitter.fit(names_of(best), episodes, best)
+        self._gap = Gap(self._fitter, best)
+        gains = self._fitter.gains(NOMINAL, sorted(self.library))
+        idle = [name for name, gain in gains.items() if gain < DETECTABLE]
+        self.not_excited: Mapping[str, str] = {
+            name: CONTACT_FITS[name].not_excited for name in idle if self._fitter.shows(best, name) < DETECTABLE
+        }
+
+    def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> Fitter:
+        """A fitter whose residuals are in units of what is not known under this hypothesis."""
+        predictor = plain(self.track, self._windows)
+        fitter = Fitter(predictor, self._scales, self._terms, GAUSSIAN, temper)
+        space = fitter.space(names_of(hypothesis))
+        return Fitter(predictor.whitened(space, space.start(hypothesis)), self._scales, self._terms, GAUSSIAN, temper)
+
+    def session(self) -> AbstractContextManager[None]:
+        """Nothing is held."""
+        return nullcontext()
+
+    def unit_of(self, parameter: Parameter) -> str:
+        """The parameter's unit."""
+        return parameter.unit
+
+    # -- fits and scores
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and terms on these episodes; `start` is near, or None."""
+        return self._fitter.fit(names, list(segments), start)
+
+    def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
+        """Log-likelihood [windows] (nats) of each episode, tempered by how far windows overlap."""
+        residuals = self._fitter.residuals(hypothesis, segments)
+        scale = np.asarray(hypothesis.extra.get(SCALE, self._fitter.floor))
+        density = log_density(residuals[..., None], np.maximum(scale, self._fitter.floor))[..., 0]
+        inside = np.repeat(self._windows.inside, 6, axis=1)
+        each = (density * inside).sum(axis=1) * float(self._fitter.temper[0])
+        return [each[self._windows.episode == segment] for segment in segments]
+
+    def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared residual [segments] in units of what is not known, single poses limited."""
+        squares = np.minimum(self._fitter.residuals(hypothesis, segments) ** 2, WINSOR)
+        inside = np.repeat(self._windows.inside, 6, axis=1)
+        of = [(squares[rows], inside[rows]) for rows in (self._windows.episode == s for s in segments)]
+        return np.array([float(square[within].mean()) if within.any() else 1.0 for square, within in of])
+
+    def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+        """Mean squared error [segments] of positions in windows of 0.25 s, m²."""
+        return self._gap.of(hypothesis, segments)
+
+    def floor(self, segments: Segments) -> np.ndarray:
+        """That of a perfect simulator: the noise of poses, and of the states that windows begin at."""
+        return self._gap.floor(segments)
+
+    def samples(self, hypothesis: Hypothesis) -> Samples:
+        """The squared errors of short windows, pose by pose."""
+        return self._gap.samples(hypothesis)
+
+    # -- what to try
+
+    def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
+        """About how many nats each of these names would gain."""
+        return self._fitter.gains(hypothesis, list(names))
+
+    def proposals(self) -> Sequence[Names]:
+        """None: every effect is tried."""
+        return []
+
+    def simplify(self, names: Names) -> Sequence[Names]:
+        """None: no two effects are one with others."""
+        return []
+
+    def confusable(self, name: str) -> Names:
+        """Effects that may pass for this one."""
+        return confusable(name) if name in CONTACT_FITS else frozenset()
+
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect changes less than the simulator's own error does."""
+        values = hypothesis.values.get(name)
+        if values is None:
+            return False
+        if name in COEFFICIENTS:
+            nominal = float(getattr(self.track.nominal, name))
+            return abs(values["value"] - nominal) < max(TOLERANCE * nominal, SLIGHT)
+        without = {key: value for key, value in hypothesis.values.items() if key != name}
+        episodes = range(self.segments)
+        change = self._fitter.residuals(hypothesis, episodes)
+        change = change - self._fitter.residuals(Hypothesis(without, hypothesis.extra), episodes)
+        return bool(np.minimum(change**2, WINSOR).mean() < 1e-3)
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether parameters are at a bound, or differ between episodes as a stand-in's do."""
+        if name not in hypothesis.values:
+            return False
+        if uncertainty.at_bound(self._fitter, hypothesis, name):
+            return True
+        return uncertainty.spread(self._fitter, hypothesis, name) > INCONSTANT
+
+    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """95 % of every parameter."""
+        return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}
+
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+        """The recording to make next."""
+        names = list(not_excited)
+        for rival in rivals[1:]:
+            names += sorted(names_of(rivals[0]) ^ names_of(rival))
+        wishes = [
+            f"{CONTACT_FITS[name].excited_by} would show {name}"
+            for name in dict.fromkeys(names)
+            if name in CONTACT_FITS
+        ]
+        text = "; ".join(wishes[:4])
+        return f"{text[0].upper()}{text[1:]}." if text else ""

@@ -1,0 +1,43 @@
+"""What fitting needs of a contact effect: one record an effect, each in a file of `fit/contact/effects`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vision_s2r.contact import Nominal, Shape
+from vision_s2r.effects import Records
+from vision_s2r.fit.joint.effect import ParameterRange, linear, log
+
+Setting = dict[str, float]  # an effect's parameters by name
+
+
+@dataclass(frozen=True)
+class Scales:
+    """How large things are in a recording."""
+
+    nominal: Nominal
+    shape: Shape
+    sample_time: float  # s
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactFit:
+    """What fitting needs of one effect."""
+
+    ranges: Callable[[Scales], list[ParameterRange]]  # of the fitted parameters, in their order
+    starts: Callable[[Scales], list[Setting]]  # settings of which one is near any
+    plausible: Callable[[Scales], Setting]  # a size that an engineer would care about
+    not_excited: str  # why a recording could not have shown it
+    excited_by: str  # the motion that shows it
+    confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
+    rough: bool = False  # its form is only roughly the same on any two bodies
+
+
+CONTACT_FITS: Records[ContactFit] = Records("contact", "fitting")
+
+
+def confusable(name: str) -> frozenset[str]:
+    """Effects that may pass for this one."""
+    return CONTACT_FITS[name].confusable | {other for other, fit in CONTACT_FITS.items() if name in fit.confusable}
+
+
+__all__ = ["CONTACT_FITS", "ContactFit", "ParameterRange", "Scales", "Setting", "confusable", "linear", "log"]

@@ -1,0 +1,14 @@
+"""How the rebound of impacts is fitted."""
+
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, linear
+
+CONTACT_FITS.register(
+    "restitution",
+    ContactFit(
+        ranges=lambda s: [linear("value", 0.0, 1.0, 0.5, 0.5)],
+        starts=lambda s: [{"value": x} for x in (0.1, 0.5)],
+        plausible=lambda s: {"value": abs(s.nominal.restitution - 0.05)},
+        not_excited="nothing hits the support fast enough",
+        excited_by="drops from a hand's height",
+    ),
+)

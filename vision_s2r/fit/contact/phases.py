@@ -1,0 +1,61 @@
+"""What the body does in each window: it flies, hits, bounces, slides, rolls or rests, at what speed, on what part."""
+
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from vision_s2r.fit.case import Axis
+from vision_s2r.fit.contact.windows import STILL, Track, Windows
+
+PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolling or tumbling", "at rest")
+PARTS = ("on a corner", "on an edge", "on a face")
+SLIPS = 0.1  # m/s of the lowest point
+TURNS = 0.5  # of the speed of the centre: a spin about the support's axes that is faster rolls or tumbles
+SPEEDS = 4  # bins
+
+
+def phases_of(track: Track, windows: Windows) -> tuple[Axis, ...]:
+    """The axes of windows [W]."""
+    state, lowest = track.states.state, track.lowest
+    touching = lowest < track.near
+    count = len(windows.first)
+    phase, part = np.full(count, -1), np.full(count, -1)
+    speed = np.linalg.norm(windows.first[:, 7:10], axis=1)
+    first_touch = [int(np.argmax(row)) if row.any() else len(row) for row in touching]
+    for k in range(count):
+        e, start = int(windows.episode[k]), int(windows.sample[k])
+        end = min(start + windows.samples, int(track.lengths[e]))
+        phase[k] = _phase(track, state[e, start:end], touching[e, start:end], start <= first_touch[e] < end)
+        if touching[e, start:end].any() and track.shape.kind == "box":
+            at = start + int(np.nanargmin(lowest[e, start:end]))
+            part[k] = _part(track, state[e, at])
+    edges = np.unique(np.quantile(speed, np.linspace(0, 1, SPEEDS + 1)))
+    labels = tuple(f"{low:.2g} to {high:.2g} m/s" for low, high in pairwise(edges)) or ("any",)
+    bins = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, len(labels) - 1)
+    axes = [Axis("phase", PHASES, phase), Axis("speed", labels, bins)]
+    return (*axes, Axis("part", PARTS, part)) if (part >= 0).any() else tuple(axes)
+
+
+def _phase(track: Track, state: np.ndarray, touching: np.ndarray, first: bool) -> int:
+    if not touching.any():
+        return 0
+    if first:
+        return 1
+    velocity, spin = state[:, 7:10], state[:, 10:]
+    speed = np.linalg.norm(velocity, axis=1)
+    rim = track.shape.reach * np.linalg.norm(spin, axis=1)
+    if np.nanmax(speed + rim) < 3 * STILL:
+        return 5
+    if not touching.all():
+        return 2
+    slip = velocity[:, :2] + track.shape.depth * np.stack([-spin[:, 1], spin[:, 0]], axis=1)
+    tumbles = track.shape.reach * np.linalg.norm(spin[:, :2], axis=1).mean() > TURNS * speed.mean()
+    return 4 if tumbles or np.linalg.norm(slip, axis=1).mean() < SLIPS else 3
+
+
+def _part(track: Track, state: np.ndarray) -> int:
+    """Corner, edge or face of a box, by how many of its corners are about as low as the lowest."""
+    heights = Rotation.from_quat(state[3:7]).apply(track.shape.points)[:, 2]
+    low = int((heights < heights.min() + 0.1 * track.shape.depth).sum())
+    return 0 if low < 2 else 1 if low < 4 else 2

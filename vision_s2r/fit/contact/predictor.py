@@ -1,0 +1,119 @@
+"""What machines predict of windows, set against what was measured, in units of what is not known of it.
+
+Not known are the measured poses, the first state, which every prediction carries on (to first order: its covariance
+through the simulator), and what the simulator's step leaves. All poses of a window are whitened together.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from vision_s2r.contact import simulate
+from vision_s2r.fit.contact.space import Space
+from vision_s2r.fit.contact.windows import Track, Windows, difference
+
+STEP = 0.0025  # s, of the integrator in touch, at most
+FINER = 4  # times the steps, for the integrator's own error
+
+
+@dataclass(frozen=True)
+class Predictor:
+    """Runs points of spaces over windows of a track."""
+
+    track: Track
+    windows: Windows
+    whiten: np.ndarray  # [W, 6·H, 6·H] lower triangles, of residuals by horizon; beyond an episode's end 0
+
+    channels = 1  # of the residuals
+
+    @property
+    def substeps(self) -> int:
+        """Steps a sample."""
+        return max(1, math.ceil(self.track.sample_time / STEP - 1e-9))
+
+    def residuals(self, space: Space, points: np.ndarray, windows: Sequence[int]) -> np.ndarray:
+        """Whitened residuals [C, W, 6·H, 1] of points [C, D]."""
+        index = np.asarray(windows)
+        raw = self.differences(space, points, index)
+        flat = raw.reshape(*raw.shape[:2], -1)
+        return np.einsum("wij,cwj->cwi", self.whiten[index], flat, optimize=True)[..., None]
+
+    def differences(self, space: Space, points: np.ndarray, index: np.ndarray, finer: int = 1) -> np.ndarray:
+        """Measured less predicted poses [C, W, H, 6]."""
+        states = self.run(space, points, index, self.windows.first[index], finer)
+        return difference(self.windows.measured[index], states)
+
+    def slopes(self, space: Space, point: np.ndarray, windows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [W, 6·H, 1] of a point [D], and their change with each coordinate [D, W, 6·H, 1]."""
+        points, steps = space.differences(point)
+        residuals = self.residuals(space, points, windows)
+        return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
+
+    def run(self, space: Space, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1) -> np.ndarray:
+        """States [C, W, H, 13] at the horizons of windows, from other first states [W, 13] than theirs."""
+        w = self.windows
+        starts = w.sample[index] * self.track.sample_time
+        states = simulate(
+            space.machines(points),
+            self.track.shape,
+            first,
+            w.samples,
+            self.track.sample_time,
+            starts=starts,
+            substeps=self.substeps * finer,
+            terms=space.terms,
+            threads=1,
+        )
+        return np.nan_to_num(states[:, :, w.steps])
+
+    def whitened(self, space: Space, point: np.ndarray) -> "Predictor":
+        """The same with residuals in units of what is not known, at this point."""
+        index = np.arange(len(self.windows.first))
+        covariance = self.covariance(space, point, index)
+        inside = np.repeat(self.windows.inside, 6, axis=1)
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance))
+        return Predictor(self.track, self.windows, whiten * inside[:, :, None] * inside[:, None, :])
+
+    def covariance(self, space: Space, point: np.ndarray, index: np.ndarray) -> np.ndarray:
+        """Of the differences [W, 6·H, 6·H] that a right machine leaves."""
+        w, track = self.windows, self.track
+        plain = self.run(space, point[None], index, w.first[index], 1)[0]
+        columns = []
+        for axis in range(12):
+            moved = _moved(w.first[index], axis, w.sigma[index, axis // 3])
+            changed = self.run(space, point[None], index, moved, 1)[0]
+            columns.append(difference(changed, plain).reshape(len(index), -1))
+        fine = self.run(space, point[None], index, w.first[index], FINER)[0]
+        columns.append(difference(fine, plain).reshape(len(index), -1))
+        spread = np.stack(columns, axis=2)  # [W, 6·H, 13]
+        noise = np.tile(np.repeat(np.square(track.states.noise), 3), len(w.steps))
+        out = spread @ spread.transpose(0, 2, 1) + np.diag(noise)
+        inside = np.repeat(w.inside[index], 6, axis=1)
+        # Beyond an episode's end a variance of its own, so that the rest can be whitened.
+        return np.where(inside[:, :, None] & inside[:, None, :], out, np.eye(out.shape[1]))
+
+
+def _moved(first: np.ndarray, axis: int, by: np.ndarray) -> np.ndarray:
+    """States [W, 13] moved along one of the twelve axes of position, attitude, velocity and spin."""
+    out = first.copy()
+    if axis < 3:
+        out[:, axis] += by
+    elif axis < 6:
+        turn = np.zeros((len(first), 3))
+        turn[:, axis - 3] = by
+        out[:, 3:7] = (Rotation.from_rotvec(turn) * Rotation.from_quat(first[:, 3:7])).as_quat()
+    else:
+        out[:, axis + 1] += by
+    return out
+
+
+def plain(track: Track, windows: Windows) -> Predictor:
+    """A predictor whose residuals are in units of the poses' noise alone."""
+    size = 6 * len(windows.steps)
+    sigma = np.tile(np.repeat(track.states.noise, 3), len(windows.steps))
+    inside = np.repeat(windows.inside, 6, axis=1)
+    whiten = np.broadcast_to(np.diag(1 / sigma), (len(windows.first), size, size)) * inside[:, :, None]
+    return Predictor(track, windows, whiten)

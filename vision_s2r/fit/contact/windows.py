@@ -1,0 +1,131 @@
+"""A recording as the search looks at it: short windows that each begin at a measured state.
+
+Motion after impacts is chaotic. A window spans an impact or two, so that what it predicts changes smoothly with every
+parameter; what the error of its first state makes of the prediction is known to first order, and counts as noise.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from vision_s2r.contact import Nominal, Shape
+from vision_s2r.fit.contact.states import States, states_of
+from vision_s2r.recording import ContactRecording
+
+SPAN = 0.1  # s, of a window
+STRIDE = 0.05  # s, between the starts of two
+HORIZONS = 3  # poses of a window that are compared, evenly spaced
+LEAST = 6  # samples of a window
+MOST_WINDOWS = 700
+IDLE = 3  # of windows in free flight, or at rest, one in so many is looked at
+NEAR = 0.05  # of the body's depth, and three standard deviations: a lowest point as low as that may be in touch
+STILL = 0.02  # m/s: a body that is slower throughout rests
+
+
+@dataclass(frozen=True)
+class Windows:
+    """W starts, and what was measured H times after each."""
+
+    first: np.ndarray  # [W, 13]
+    sigma: np.ndarray  # [W, 4] standard deviations of the first state, as `States` has them
+    episode: np.ndarray  # [W] int64
+    sample: np.ndarray  # [W] int64, of the start
+    steps: np.ndarray  # [H] int64, samples after the start
+    measured: np.ndarray  # [W, H, 7] poses
+    inside: np.ndarray  # [W, H] bool: before the end of the episode
+
+    @property
+    def samples(self) -> int:
+        """That a simulation of a window needs, its first included."""
+        return int(self.steps[-1]) + 1
+
+
+@dataclass(frozen=True)
+class Track:
+    """A recording's states, in the frame of its support."""
+
+    nominal: Nominal
+    shape: Shape
+    sample_time: float
+    states: States
+    position: np.ndarray  # [E, T, 3] as measured
+    attitude: np.ndarray  # [E, T, 4]
+    lengths: np.ndarray  # [E]
+    lowest: np.ndarray  # [E, T] m, height of the lowest point
+    support: float  # m, where the body's lowest point rests in the recording's frame: taken off all heights
+
+    @property
+    def near(self) -> float:
+        """Height up to which a lowest point may be in touch."""
+        return NEAR * self.shape.depth + 3 * self.states.noise[0]
+
+
+def make_track(recording: ContactRecording) -> Track:
+    """The track of a recording."""
+    states = states_of(recording)
+    lowest = recording.shape.lowest(recording.position, recording.attitude)
+    speed = np.linalg.norm(states.state[..., 7:10], axis=-1)
+    speed += recording.shape.reach * np.linalg.norm(states.state[..., 10:], axis=-1)
+    reach = NEAR * recording.shape.depth + 3 * states.noise[0]
+    rest = lowest[(speed < STILL + 3 * np.nan_to_num(states.sigma[..., 2])) & (np.abs(lowest) < 2 * reach)]
+    support = float(np.median(rest)) if len(rest) > 20 else 0.0
+    position = recording.position - np.array([0.0, 0.0, support])
+    states.state[..., 2] -= support
+    return Track(
+        nominal=Nominal(**recording.nominal),
+        shape=recording.shape,
+        sample_time=recording.sample_time,
+        states=states,
+        position=position,
+        attitude=recording.attitude,
+        lengths=recording.lengths,
+        lowest=lowest - support,
+        support=support,
+    )
+
+
+def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: bool = True) -> Windows:
+    """Windows over all episodes; with `thin` those in which little happens are fewer."""
+    length = max(LEAST, round(span / track.sample_time))
+    every = max(1, round(stride / track.sample_time))
+    steps = np.unique(np.rint(length * np.arange(1, HORIZONS + 1) / HORIZONS).astype(np.int64))
+    episode: list[int] = []
+    sample: list[int] = []
+    for e, samples in enumerate(track.lengths):
+        starts = range(0, int(samples) - int(steps[0]), every)
+        kept = [k for i, k in enumerate(starts) if not thin or _kept(track, e, k, length, i)]
+        episode += [e] * len(kept)
+        sample += kept
+    of, at = np.array(episode, dtype=np.int64), np.array(sample, dtype=np.int64)
+    if thin and len(of) > MOST_WINDOWS:
+        chosen = np.linspace(0, len(of) - 1, MOST_WINDOWS).astype(np.int64)
+        of, at = of[chosen], at[chosen]
+    later = at[:, None] + steps
+    row = (of[:, None], np.minimum(later, track.lengths[of][:, None] - 1))
+    return Windows(
+        first=track.states.state[of, at],
+        sigma=track.states.sigma[of, at],
+        episode=of,
+        sample=at,
+        steps=steps,
+        measured=np.concatenate([track.position[row], track.attitude[row]], axis=-1),
+        inside=later < track.lengths[of][:, None],
+    )
+
+
+def _kept(track: Track, e: int, k: int, length: int, count: int) -> bool:
+    lowest = track.lowest[e, k : k + length + 1]
+    speed = np.linalg.norm(track.states.state[e, k : k + length + 1, 7:10], axis=-1)
+    flies = np.nanmin(lowest) > track.near
+    return bool((not flies and np.nanmax(speed) > STILL) or count % IDLE == 0)
+
+
+def difference(measured: np.ndarray, states: np.ndarray) -> np.ndarray:
+    """Measured less predicted poses [..., 6]: m, and rotation vectors in the support's frame."""
+    shape = states.shape[:-1]
+    measured = np.broadcast_to(measured[..., :7], (*shape, 7)).reshape(-1, 7)
+    predicted = states.reshape(-1, states.shape[-1])
+    turn = Rotation.from_quat(measured[:, 3:7]) * Rotation.from_quat(predicted[:, 3:7]).inv()
+    out = np.concatenate([measured[:, :3] - predicted[:, :3], turn.as_rotvec()], axis=1)
+    return np.asarray(out.reshape(*shape, 6))

@@ -1,0 +1,281 @@
+"""A body on a plane as the benchmark moves it: code and scheme of its own.
+
+Semi-implicit Euler at a tenth of a millisecond; the impulses of all points that touch are found together, on the matrix
+of what each of their impulses does to each of their velocities (Delassus), by gradient steps with momentum that are
+projected on the friction cones (Nesterov 1983). A point that arrives within a step is taken where it is.
+"""
+
+import math
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+FINE, COARSE = 1e-4, 4e-4  # s: steps for recordings, to measure a severity
+SLOW = 0.02  # m/s: slower arrivals do not rebound
+ROUNDS, TRIES = 3, 15  # of friction bounds, and of gradient steps in each
+MOST = 8  # points that touch
+
+
+class Body(NamedTuple):
+    """A body, its support and what acts on it; SI units."""
+
+    mass: float
+    friction: float
+    restitution: float
+    gravity: float = 9.81
+    rolling: float = 0.0  # m
+    spinning: float = 0.0  # m
+    stiffness: float = 0.0  # N/m of each point; 0: rigid
+    damping: float = 0.0  # N·s/m
+    center_x: float = 0.0  # m, of mass, from the shape's centre
+    center_y: float = 0.0
+    center_z: float = 0.0
+    roll: float = 0.0  # rad, of the support
+    pitch: float = 0.0
+    # What no library knows
+    drag: float = 0.0  # 1/s: force per mass and speed
+    quadratic_drag: float = 0.0  # 1/m: and per square of the speed
+    adhesion: float = 0.0  # m/s²: a pull per mass on a body whose lowest point is nearer than …
+    adhesion_reach: float = 1e-3  # m
+    uneven: float = 0.0  # share by which friction is larger along …
+    uneven_angle: float = 0.0  # rad
+    wind: float = 0.0  # m/s²: a fan's, of air that blows towards …
+    wind_angle: float = 0.0  # rad
+    wind_place: float = 0.0  # m along it, the middle of where it blows
+    wind_width: float = 1.0  # m
+    patch: float = 0.0  # share by which friction differs beyond …
+    patch_place: float = 0.0  # m in x
+    fade: float = 0.0  # 1/s: growth of the friction with time
+
+
+FIELDS = Body._fields
+
+
+@numba.njit(cache=True, nogil=True)
+def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+@numba.njit(cache=True, nogil=True)
+def _rotation(q: np.ndarray) -> np.ndarray:
+    x, y, z, w = q
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+@numba.njit(cache=True, nogil=True)
+def _turn(q: np.ndarray, spin: np.ndarray, time: float) -> np.ndarray:
+    rate = math.sqrt(spin[0] ** 2 + spin[1] ** 2 + spin[2] ** 2)
+    half = 0.5 * rate * time
+    share = 0.5 * time if rate < 1e-12 else math.sin(half) / rate
+    d = math.cos(half)
+    vector = d * q[:3] + q[3] * share * spin + share * _cross(spin, q[:3])
+    scalar = d * q[3] - share * (spin[0] * q[0] + spin[1] * q[1] + spin[2] * q[2])
+    out = np.array([vector[0], vector[1], vector[2], scalar])
+    return out / math.sqrt((out**2).sum())
+
+
+@numba.njit(cache=True, nogil=True)
+def _friction(body: Body, place: float, time: float, vx: float, vy: float) -> float:
+    value = body.friction * (1 + body.fade * time)
+    if place > body.patch_place:
+        value *= 1 + body.patch
+    if body.uneven != 0 and vx * vx + vy * vy > 1e-12:
+        value *= 1 + body.uneven * math.cos(2 * (math.atan2(vy, vx) - body.uneven_angle))
+    return value
+
+
+@numba.njit(cache=True, nogil=True)
+def _forces(body: Body, position: np.ndarray, velocity: np.ndarray, lowest: float) -> np.ndarray:
+    """Acceleration of the centre of mass."""
+    g = body.gravity
+    speed = math.sqrt((velocity**2).sum())
+    out = np.array(
+        [
+            g * math.sin(body.pitch),
+            -g * math.cos(body.pitch) * math.sin(body.roll),
+            -g * math.cos(body.pitch) * math.cos(body.roll),
+        ]
+    )
+    out -= (body.drag + body.quadratic_drag * speed) * velocity
+    if lowest < body.adhesion_reach:
+        out[2] -= body.adhesion
+    if body.wind != 0:
+        c, s = math.cos(body.wind_angle), math.sin(body.wind_angle)
+        along = (position[0] * c + position[1] * s - body.wind_place) / body.wind_width
+        out[0] += body.wind * c * math.exp(-(along**2))
+        out[1] += body.wind * s * math.exp(-(along**2))
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _impulses(delassus: np.ndarray, free: np.ndarray, target: np.ndarray, friction: np.ndarray) -> np.ndarray:
+    """Impulses [3·n] so that normal velocities reach their targets, or are above without impulse; in friction cones."""
+    count = len(target)
+    wanted = free.copy()
+    for i in range(count):
+        wanted[3 * i + 2] -= target[i]
+    bound = 0.0
+    for i in range(3 * count):
+        bound = max(bound, np.abs(delassus[i]).sum())
+    impulses, ahead = np.zeros(3 * count), np.zeros(3 * count)
+    for _ in range(ROUNDS):
+        limits = np.array([friction[i] * max(impulses[3 * i + 2], 0.0) for i in range(count)])
+        momentum = 1.0
+        for _ in range(TRIES * count):
+            gradient = delassus @ ahead + wanted
+            new = ahead - gradient / bound
+            for i in range(count):
+                new[3 * i + 2] = max(new[3 * i + 2], 0.0)
+                limit = (
+                    friction[i] * new[3 * i + 2] if limits[i] == 0 else 0.5 * (limits[i] + friction[i] * new[3 * i + 2])
+                )
+                size = math.sqrt(new[3 * i] ** 2 + new[3 * i + 1] ** 2)
+                if size > limit:
+                    new[3 * i] *= limit / size
+                    new[3 * i + 1] *= limit / size
+            if ((new - impulses) @ gradient) > 0:
+                momentum = 1.0
+            following = 0.5 * (1 + math.sqrt(1 + 4 * momentum * momentum))
+            ahead = new + (momentum - 1) / following * (new - impulses)
+            change = np.abs(new - impulses).max()
+            impulses, momentum = new, following
+            if change < 1e-7:
+                break
+    return impulses
+
+
+@numba.njit(cache=True, nogil=True)
+def move(
+    body: Body,
+    points: np.ndarray,
+    radius: float,
+    inertia: np.ndarray,
+    first: np.ndarray,
+    samples: int,
+    sample_time: float,
+    longest: float,
+) -> np.ndarray:
+    """States [samples, 13] of the shape's centre from a first one; corners [N, 3], or none and a radius.
+
+    The inertia is that of unit mass; steps are `longest` at most.
+    """
+    center = np.array([body.center_x, body.center_y, body.center_z])
+    q, spin = first[3:7].copy(), first[10:13].copy()
+    offset = _rotation(q) @ center
+    position = first[:3] + offset
+    velocity = first[7:10] + _cross(spin, offset)
+    ball = len(points) == 0
+    number = 1 if ball else len(points)
+    arms, gaps = np.empty((number, 3)), np.empty(number)
+    jacobian, levers = np.zeros((3 * MOST, 3)), np.zeros((3 * MOST, 3))
+    out = np.empty((samples, 13))
+    steps = math.ceil(sample_time / longest)
+    step = sample_time / steps
+    for sample in range(samples):
+        offset = _rotation(q) @ center
+        out[sample, :3] = position - offset
+        out[sample, 3:7] = q
+        out[sample, 7:10] = velocity - _cross(spin, offset)
+        out[sample, 10:] = spin
+        for small in range(steps):
+            time = sample * sample_time + small * step
+            r = _rotation(q)
+            for k in range(number):
+                if ball:
+                    arms[k] = -(r @ center)
+                    arms[k, 2] -= radius
+                else:
+                    arms[k] = r @ (points[k] - center)
+                gaps[k] = position[2] + arms[k, 2]
+            lowest = gaps.min()
+            velocity = velocity + step * _forces(body, position, velocity, lowest)
+            world = r @ inertia @ r.T
+            inverse = np.linalg.inv(world)
+            spin = spin - step * (inverse @ _cross(spin, world @ spin))
+            if lowest < 0:
+                velocity, spin = _touched(
+                    body, arms, gaps, inverse, velocity, spin, position[0], time, step, jacobian, levers
+                )
+            position = position + step * velocity
+            q = _turn(q, spin, step)
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _touched(
+    body: Body,
+    arms: np.ndarray,
+    gaps: np.ndarray,
+    inverse: np.ndarray,
+    velocity: np.ndarray,
+    spin: np.ndarray,
+    place: float,
+    time: float,
+    step: float,
+    jacobian: np.ndarray,
+    levers: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity and spin after the impulses of the points that are below the support."""
+    count = 0
+    target, friction, depth = np.zeros(MOST), np.zeros(MOST), np.zeros(MOST)
+    free = np.zeros(3 * MOST)
+    for k in range(len(gaps)):
+        if gaps[k] >= 0 or count == MOST:
+            continue
+        x, y, z = arms[k]
+        speed = velocity + _cross(spin, arms[k])
+        free[3 * count : 3 * count + 3] = speed
+        jacobian[3 * count] = np.array([0.0, z, -y])
+        jacobian[3 * count + 1] = np.array([-z, 0.0, x])
+        jacobian[3 * count + 2] = np.array([y, -x, 0.0])
+        target[count] = -body.restitution * speed[2] if speed[2] < -SLOW else min(-0.02 * gaps[k] / step, 0.05)
+        friction[count] = _friction(body, place, time, speed[0], speed[1])
+        depth[count] = -gaps[k]
+        count += 1
+    delassus = np.zeros((3 * count, 3 * count))
+    for i in range(3 * count):
+        levers[i] = inverse @ jacobian[i]
+        for j in range(3 * count):
+            if i % 3 == j % 3:
+                delassus[i, j] = 1.0
+    for i in range(3 * count):
+        for j in range(3 * count):
+            delassus[i, j] += (jacobian[i] * levers[j]).sum()
+    if body.stiffness > 0:
+        impulses = np.zeros(3 * count)
+        for i in range(count):
+            approach = -free[3 * i + 2]
+            firm = body.damping * (1 + body.restitution) if approach > 0 else body.damping
+            normal = max(0.0, step / body.mass * (body.stiffness * depth[i] + firm * approach))
+            impulses[3 * i + 2] = normal
+            # Friction brings the point to rest if it may.
+            stop = 1 / max(delassus[3 * i, 3 * i], delassus[3 * i + 1, 3 * i + 1]) / count
+            x, y = -stop * free[3 * i], -stop * free[3 * i + 1]
+            size, limit = math.sqrt(x * x + y * y), friction[i] * normal
+            share = min(1.0, limit / size) if size > 0 else 0.0
+            impulses[3 * i], impulses[3 * i + 1] = share * x, share * y
+    else:
+        impulses = _impulses(delassus, free[: 3 * count], target[:count], friction[:count])
+    total = 0.0
+    for i in range(count):
+        velocity = velocity + impulses[3 * i : 3 * i + 3]
+        total += impulses[3 * i + 2]
+    for i in range(3 * count):
+        spin = spin + impulses[i] * levers[i]
+    if body.rolling > 0:
+        flat = math.sqrt(spin[0] ** 2 + spin[1] ** 2)
+        if flat > 0:
+            ease = max(inverse[0, 0], inverse[1, 1])
+            brake = min(body.rolling * total, flat / ease)
+            spin = spin - inverse @ np.array([spin[0], spin[1], 0.0]) * (brake / flat)
+    if body.spinning > 0 and spin[2] != 0:
+        brake = min(body.spinning * total, abs(spin[2]) / inverse[2, 2])
+        spin = spin - inverse @ np.array([0.0, 0.0, math.copysign(brake, spin[2])])
+    return velocity, spin

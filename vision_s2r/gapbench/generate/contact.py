@@ -1,0 +1,383 @@
+"""Sealed tosses: bodies of every case, drawn so that each of their effects shows in the motion.
+
+An effect shows when it moves the body, over a quarter of a second from the same state, by 3 (mild) to 100 times
+(severe) the noise of measured positions, at its median over the windows in which it acts; in pairs each effect does,
+beside the other.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+
+from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw
+from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, Body, move
+
+CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
+TOSSES, SHOWN = 24, 4  # in a recording, and of them to measure how an effect shows
+MILD, SEVERE = 3.0, 100.0
+WEAK = (0.02, 0.3)
+WINDOW = 0.25  # s
+ACTS = 0.1  # of the largest change that an effect makes to a window: it acts where its change is larger
+APART = {"restitution", "contact_compliance"}  # what they do together depends on whose spring it is
+
+Family = Callable[[float, Body, np.random.Generator], dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What the simulator believes, how the body is thrown, and the noise of its poses."""
+
+    nominal: Body
+    shape: dict[str, Any]  # as a recording's header has it
+    points: np.ndarray
+    radius: float
+    inertia: np.ndarray  # of unit mass
+    size: float  # m
+    first: np.ndarray  # [TOSSES, 13]
+    samples: int
+    sample_time: float
+    noise: tuple[float, float]  # m, rad
+    velocity_noise: tuple[float, float] | None  # m/s, rad/s
+
+    def tossed(
+        self, body: Body, first: np.ndarray | None = None, samples: int | None = None, longest: float = FINE
+    ) -> np.ndarray:
+        """States [E, T, 13]."""
+        starts = self.first if first is None else first
+        count = samples or self.samples
+        return np.stack(
+            [
+                move(body, self.points, self.radius, self.inertia, row, count, self.sample_time, longest)
+                for row in starts
+            ]
+        )
+
+    def severity(self, body: Body, without: Body) -> float:
+        """How far two bodies come apart in windows that begin alike, in units of the poses' noise."""
+        length = max(2, round(WINDOW / self.sample_time))
+        states = self.tossed(body, self.first[:: TOSSES // SHOWN - 1][:SHOWN], longest=COARSE)
+        starts = states[:, :-length:length].reshape(-1, 13)
+        changes = []
+        for start in starts:
+            pair = [self.tossed(each, start[None], length + 1, COARSE)[0, -1, :3] for each in (body, without)]
+            changes.append(float(np.linalg.norm(pair[0] - pair[1])))
+        change = np.array(changes)
+        acting = change[change > ACTS * np.quantile(change, 0.9)]
+        return float(np.median(acting)) / self.noise[0] if len(acting) else 0.0
+
+
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
+    """Draw one machine of a case; see `generate.base`."""
+    for _ in range(200):
+        setting = _setting(rng)
+        try:
+            body, answer = _DRAWN[case](setting, index, split, rng)
+        except Redraw:
+            continue
+        return _recorded(setting, body, answer, rng)
+    raise RuntimeError(f"no machine of case '{case}' number {index} in 200 draws")
+
+
+def _setting(rng: np.random.Generator) -> Setting:
+    """A body of the size of a hand, its tosses and its sensors."""
+    nominal = Body(
+        mass=float(f"{rng.uniform(0.1, 0.6):.3g}"),
+        friction=float(f"{rng.uniform(0.15, 0.6):.2g}"),
+        restitution=float(f"{rng.uniform(0.0, 0.4):.2g}"),
+    )
+    kind = rng.choice(["cube", "brick", "ball"], p=[0.5, 0.3, 0.2])
+    if kind == "ball":
+        radius = float(f"{rng.uniform(0.03, 0.06):.3g}")
+        shape: dict[str, Any] = {"shape": "sphere", "radius": radius}
+        points, inertia, size = np.zeros((0, 3)), 0.4 * radius**2 * np.eye(3), radius
+    else:
+        half = np.full(3, rng.uniform(0.03, 0.06)) * (1 if kind == "cube" else rng.uniform(0.5, 1.0, 3))
+        half = np.array([float(f"{x:.3g}") for x in half])
+        shape = {"shape": "box", "half_extents": half.tolist()}
+        points = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
+        inertia, size, radius = np.diag((half**2).sum() - half**2) / 3, float(half.min()), 0.0
+    rate = rng.uniform(120, 240)
+    noise = (math.exp(rng.uniform(*np.log([1e-4, 6e-4]))), math.exp(rng.uniform(*np.log([1e-3, 5e-3]))))
+    return Setting(
+        nominal=nominal,
+        shape=shape,
+        points=points,
+        radius=radius,
+        inertia=inertia,
+        size=size,
+        first=_tosses(points, radius, rng),
+        samples=int(0.8 * rate),
+        sample_time=float(f"{1 / rate:.5g}"),
+        noise=noise,
+        velocity_noise=(10 * noise[0], 10 * noise[1]) if rng.random() < 0.3 else None,
+    )
+
+
+def _tosses(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+    """Thrown with a spin, and every third one pushed along its support from a face."""
+    first = np.zeros((TOSSES, 13))
+    for k, row in enumerate(first):
+        row[:2] = rng.normal(0, 0.1, 2)
+        if k % 3 == 2:
+            axis = rng.permutation(np.eye(3)) if len(points) else np.eye(3)
+            axis[0] *= np.sign(np.linalg.det(axis))
+            row[3:7] = _quaternion(axis)
+            row[2] = -(points @ axis.T)[:, 2].min() + 1e-6 if len(points) else radius
+            angle, speed = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 2.0)
+            row[7:9] = speed * np.cos(angle), speed * np.sin(angle)
+            row[12] = rng.normal(0, 6)
+        else:
+            row[2] = rng.uniform(0.1, 0.25)
+            q = rng.normal(size=4)
+            row[3:7] = q / np.linalg.norm(q)
+            row[7:10] = rng.normal(size=3) * (1.0, 1.0, 0.4)
+            row[10:] = rng.normal(0, 5, 3)
+    return first
+
+
+def _quaternion(r: np.ndarray) -> np.ndarray:
+    """Of a rotation whose entries are 0 and ±1 (from its eigenvector of eigenvalue 1, as any other)."""
+    k = np.array(
+        [
+            [r[0, 0] - r[1, 1] - r[2, 2], r[0, 1] + r[1, 0], r[0, 2] + r[2, 0], r[2, 1] - r[1, 2]],
+            [r[0, 1] + r[1, 0], r[1, 1] - r[0, 0] - r[2, 2], r[1, 2] + r[2, 1], r[0, 2] - r[2, 0]],
+            [r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], r[2, 2] - r[0, 0] - r[1, 1], r[1, 0] - r[0, 1]],
+            [r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1], r[0, 0] + r[1, 1] + r[2, 2]],
+        ]
+    )
+    return np.asarray(np.linalg.eigh(k / 3)[1][:, -1])
+
+
+# The effects of the vocabulary: families that grow in one intensity from 0 to 1, and where a report finds them.
+
+_ANGLE = 2 * math.pi
+
+
+def _friction(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    return {"friction": body.friction * 3.0 ** (rng.choice([-1.0, 1.0]) * x)}
+
+
+def _restitution(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    end = rng.choice([0.0, 0.8]) if body.restitution > 0.15 else 0.8
+    return {"restitution": body.restitution + x * (end - body.restitution)}
+
+
+def _rolling(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    return {"rolling": 0.02 * x}
+
+
+def _spinning(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    return {"spinning": 0.03 * x}
+
+
+def _compliance(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    frequency = 60.0 * 15 ** (1 - x)  # rad/s on one point
+    return {
+        "stiffness": body.mass * frequency**2,
+        "damping": 2 * rng.uniform(0.1, 0.6) * body.mass * frequency,
+    }
+
+
+def _center(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    way = rng.normal(size=3)
+    way *= 0.02 * x / np.linalg.norm(way)
+    return dict(zip(("center_x", "center_y", "center_z"), way.tolist(), strict=True))
+
+
+def _tilt(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    angle = rng.uniform(0, _ANGLE)
+    return {"roll": 0.2 * x * math.cos(angle), "pitch": 0.2 * x * math.sin(angle)}
+
+
+LIBRARY: dict[str, tuple[Family, dict[str, str]]] = {
+    "lateral_friction": (_friction, {"value": "friction"}),
+    "restitution": (_restitution, {"value": "restitution"}),
+    "rolling_friction": (_rolling, {"value": "rolling"}),
+    "spinning_friction": (_spinning, {"value": "spinning"}),
+    "contact_compliance": (_compliance, {"stiffness": "stiffness", "damping": "damping"}),
+    "center_of_mass": (_center, {"x": "center_x", "y": "center_y", "z": "center_z"}),
+    "support_tilt": (_tilt, {"roll": "roll", "pitch": "pitch"}),
+}
+COEFFICIENTS = ("lateral_friction", "restitution")
+NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
+
+# Effects outside the vocabulary, in two lists that share no kind: one to tune on, one to report on.
+UNKNOWN: dict[str, dict[str, Family]] = {
+    "tuning": {
+        "drag": lambda x, body, rng: {"drag": 6 * x},
+        "slick_half": lambda x, body, rng: {"patch": -0.9 * x, "patch_place": rng.normal(0, 0.05)},
+        "fading_friction": lambda x, body, rng: {"fade": 6 * x},
+    },
+    "reporting": {
+        "quadratic_drag": lambda x, body, rng: {"quadratic_drag": 6 * x},
+        "adhesion": lambda x, body, rng: {"adhesion": 12 * x, "adhesion_reach": rng.uniform(5e-4, 3e-3)},
+        "anisotropic_friction": lambda x, body, rng: {"uneven": 0.9 * x, "uneven_angle": rng.uniform(0, math.pi)},
+        "wind": lambda x, body, rng: {
+            "wind": 8 * x,
+            "wind_angle": rng.uniform(0, _ANGLE),
+            "wind_place": rng.normal(0, 0.1),
+            "wind_width": rng.uniform(0.15, 0.3),
+        },
+    },
+}
+
+
+# Drawing bodies, one function a case: (setting, index, split, rng) -> the body and its answer. Raises Redraw.
+
+
+def _null(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    return setting.nominal, Answer("null")
+
+
+def _dynamics(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    names = (COEFFICIENTS[index % 2],) if index % 3 else COEFFICIENTS
+    return _with_effects(setting, "dynamics", names, rng)
+
+
+def _single(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    return _with_effects(setting, "single", (list(LIBRARY)[index % len(LIBRARY)],), rng)
+
+
+def _pair(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    first = list(LIBRARY)[index % len(LIBRARY)]
+    second = str(rng.choice([name for name in LIBRARY if name != first]))
+    if {first, second} == APART:
+        raise Redraw
+    return _with_effects(setting, "pair", (first, second), rng)
+
+
+def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    name = list(UNKNOWN[split])[index % len(UNKNOWN[split])]
+    body = _of_severity(setting, setting.nominal, UNKNOWN[split][name], rng, (2 * MILD, SEVERE))
+    return body, Answer("unknown", unknown=name)
+
+
+def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    name = list(LIBRARY)[index % len(LIBRARY)]
+    body = _of_severity(setting, setting.nominal, LIBRARY[name][0], rng, WEAK)
+    return body, Answer("weak", optional=_effects(body, (name,)))
+
+
+def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+    body, answer = _single(setting, index, split, rng)
+    (name,) = answer.effects
+    return body, replace(answer, case="left_out", effects={}, withhold=name, where=[])
+
+
+_DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[Body, Answer]]] = {
+    "null": _null,
+    "dynamics": _dynamics,
+    "single": _single,
+    "pair": _pair,
+    "unknown": _unknown,
+    "weak": _weak,
+    "left_out": _left_out,
+}
+
+
+def _with_effects(setting: Setting, case: str, names: tuple[str, ...], rng: np.random.Generator) -> tuple[Body, Answer]:
+    """A body with these effects, each of which shows beside the others."""
+    body = setting.nominal
+    for name in names:
+        body = _of_severity(setting, body, LIBRARY[name][0], rng, (MILD, SEVERE))
+        if name in COEFFICIENTS:
+            field = LIBRARY[name][1]["value"]
+            if abs(getattr(body, field) - getattr(setting.nominal, field)) < 2 * NOTICEABLE * max(
+                getattr(setting.nominal, field), 0.1
+            ):
+                raise Redraw
+    for name in names if len(names) > 1 else ():
+        fields = {field: getattr(setting.nominal, field) for field in LIBRARY[name][1].values()}
+        if setting.severity(body, body._replace(**fields)) < MILD:
+            raise Redraw
+    return body, Answer(case, effects=_effects(body, names))
+
+
+def _of_severity(
+    setting: Setting, without: Body, family: Family, rng: np.random.Generator, bounds: tuple[float, float]
+) -> Body:
+    """The member of a family that differs from `without` by a severity drawn uniformly in its logarithm."""
+    target = math.exp(rng.uniform(*np.log(bounds)))
+    seed = int(rng.integers(2**31))
+    low, high, x = math.log(1e-5), 0.0, 0.0
+    for _ in range(12):
+        body = without._replace(**family(math.exp(x), without, np.random.default_rng(seed)))
+        ratio = setting.severity(body, without) / target
+        if x == 0 and ratio < 1:
+            raise Redraw
+        if abs(ratio - 1) < 0.35:
+            return body
+        low, high = (x, high) if ratio < 1 else (low, x)
+        x -= math.log(max(ratio, 1e-9))  # as if it grew in proportion
+        if not low < x < high:
+            x = (low + high) / 2
+    raise Redraw
+
+
+def _effects(body: Body, names: tuple[str, ...]) -> Effects:
+    """The parameters of these effects, in the vocabulary's names."""
+    return {name: {key: float(getattr(body, field)) for key, field in LIBRARY[name][1].items()} for name in names}
+
+
+# The recording
+
+
+def _recorded(setting: Setting, body: Body, answer: Answer, rng: np.random.Generator) -> Machine:
+    states = setting.tossed(body)
+    position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
+    attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
+    velocity = None
+    if setting.velocity_noise is not None:
+        sigma = np.repeat(setting.velocity_noise, 3)
+        velocity = states[..., 7:] + rng.normal(size=states[..., 7:].shape) * sigma
+    changed = {name: float(value) for name, value in zip(FIELDS, body, strict=True)}
+    answer = replace(
+        answer,
+        severity=setting.severity(body, setting.nominal) if body != setting.nominal else 0.0,
+        notes={"noise": list(setting.noise), "shape": setting.shape, "machine": changed},
+    )
+    return Machine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
+
+
+def _jolted(q: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    """Attitudes [..., 4] turned by small rotation vectors [..., 3]."""
+    size = np.linalg.norm(turn, axis=-1, keepdims=True)
+    axis = turn / np.maximum(size, 1e-12) * np.sin(size / 2)
+    w = np.cos(size / 2)
+    vector = w * q[..., :3] + q[..., 3:] * axis + np.cross(axis, q[..., :3])
+    scalar = w * q[..., 3:] - (axis * q[..., :3]).sum(axis=-1, keepdims=True)
+    return np.concatenate([vector, scalar], axis=-1)
+
+
+def _write(
+    folder: Path, setting: Setting, position: np.ndarray, attitude: np.ndarray, velocity: np.ndarray | None
+) -> None:
+    nominal = setting.nominal
+    head = {
+        "format": "vision-s2r/recording/1",
+        "kind": "contact",
+        "sample_time": setting.sample_time,
+        "nominal": {
+            **setting.shape,
+            "mass": nominal.mass,
+            "lateral_friction": nominal.friction,
+            "restitution": nominal.restitution,
+            "gravity": nominal.gravity,
+        },
+    }
+    (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
+    names = ["episode", "t", "x", "y", "z", "qx", "qy", "qz", "qw"]
+    names += [] if velocity is None else ["vx", "vy", "vz", "wx", "wy", "wz"]
+    parts = [position, attitude] if velocity is None else [position, attitude, velocity]
+    rows = [",".join(names)]
+    for episode, states in enumerate(np.concatenate(parts, axis=-1)):
+        rows += [
+            f"{episode},{k * setting.sample_time:.8g}," + ",".join(f"{x:.8g}" for x in row)
+            for k, row in enumerate(states)
+        ]
+    (folder / "contact.csv").write_text("\n".join(rows) + "\n")
