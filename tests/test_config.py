@@ -68,8 +68,15 @@ def test_a_configuration_in_memory_is_the_command_lines():
     for name in ("replay", "identify", "metrics", "actuator", "control"):
         assert compose(CONFIGURATIONS[name], name) == CONFIGURATIONS[name]()
     visual = compose(Config, overrides=["~experiment"])
-    for name in ("scene", "render", "data", "translate", "adapt", "grasp", "benchmark", "finetune", "close_gap"):
+    for name in ("scene", "render", "data", "translate", "adapt", "grasp", "benchmark", "finetune"):
         assert getattr(visual, name) == getattr(Config(), name), name
+
+
+def test_what_extends_the_visual_pipeline_has_its_experiments():
+    cfg = compose(CONFIGURATIONS["close_gap"], "close_gap", ["experiment=demo", "recording=DIR"])
+    assert cfg.close_gap.withheld == 1 and cfg.name == "demo" and cfg.recording == "DIR"
+    full = compose(CONFIGURATIONS["close_gap"], "close_gap")
+    assert full.close_gap == CONFIGURATIONS["close_gap"]().close_gap and full.translate.training.max_steps == 60_000
 
 
 def test_the_table_of_the_help_is_up_to_date():

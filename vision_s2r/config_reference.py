@@ -13,7 +13,9 @@ from typing import Any, get_args, get_type_hints
 
 import yaml
 
+from vision_s2r.ablation.config import AblationStudyConfig
 from vision_s2r.actuator.config import ActuatorConfig
+from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.commands.keys import TABLE
 from vision_s2r.config import Config
 from vision_s2r.control.config import ControlConfig
@@ -29,6 +31,8 @@ from vision_s2r.paths import CONFIGS
 # By file of configs/: the configuration that it composes.
 CONFIGURATIONS: dict[str, type] = {
     "config": Config,
+    "ablation": AblationStudyConfig,
+    "close_gap": CloseGapStudyConfig,
     "diagnose": DiagnoseConfig,
     "replay": ReplayConfig,
     "identify": IdentifyConfig,
@@ -52,8 +56,7 @@ class Row:
 def key_table() -> str:
     """The keys of every configuration, with defaults and comments, as JSON."""
     found = {
-        name: [[row.key, row.default, row.comment] for row in _rows(schema())]
-        for name, schema in CONFIGURATIONS.items()
+        name: [[row.key, row.default, row.comment] for row in _own(schema)] for name, schema in CONFIGURATIONS.items()
     }
     lines = (f" {json.dumps(name)}: [\n{_lines(rows)}\n ]" for name, rows in found.items())
     return "{\n" + ",\n".join(lines) + "\n}\n"
@@ -80,13 +83,19 @@ def config_reference() -> dict[str, str]:
             pages[name] = _page(name, text, _rows(part, f"{name}."), name)
     for name, schema in CONFIGURATIONS.items():
         if schema is not Config:
-            pages[name] = _page(name, inspect.getdoc(schema), _rows(schema()), name)
+            pages[name] = _page(name, inspect.getdoc(schema), _own(schema), name)
     return pages
 
 
 def _page(name: str, text: str | None, rows: Iterator[Row], group: str) -> str:
     files = map(_file, sorted((CONFIGS / group).glob("*.yaml")))
     return "\n\n".join([f"# {name}", str(text), _markdown(rows), *files]) + "\n"
+
+
+def _own(schema: type) -> Iterator[Row]:
+    """Every key of a configuration that is not one of the visual pipeline's, which it extends."""
+    visual = {row.key for row in _rows(Config())} if issubclass(schema, Config) and schema is not Config else set()
+    return (row for row in _rows(schema()) if row.key not in visual)
 
 
 def _rows(cfg: object, where: str = "", deep: bool = True) -> Iterator[Row]:

@@ -12,11 +12,11 @@ import cv2
 import numpy as np
 import pytest
 
+from vision_s2r.ablation.config import AblationStudyConfig
 from vision_s2r.ablation.job import JobResult
 from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.cli import compose
 from vision_s2r.commands.main import main
-from vision_s2r.config import Config
 from vision_s2r.evaluate.drawing import LABEL
 from vision_s2r.translate.rcan import Rcan
 
@@ -82,7 +82,7 @@ def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch
 
 
 def test_changes_are_paired_over_scenes_and_trainings(tmp_path: Path) -> None:
-    cfg = compose(Config, "ablation", ["ablation.variants=[no_depth]", "evaluate.seed=1"])
+    cfg = compose(AblationStudyConfig, "ablation", ["ablation.variants=[no_depth]", "evaluate.seed=1"])
     rng = np.random.default_rng(0)
     full = rng.random((3, 400)) < 0.8
     less = full & (rng.random((3, 400)) > 0.05)  # 5 % of the scenes lost in every training

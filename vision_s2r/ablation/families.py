@@ -3,10 +3,14 @@
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 from vision_s2r import pipeline
-from vision_s2r.config import AblationConfig, Config
+from vision_s2r.ablation.config import AblationConfig
+from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
+
+Visual = TypeVar("Visual", bound=Config)
 
 
 @dataclass(frozen=True)
@@ -16,7 +20,7 @@ class Family:
     key: str
     train: Callable[[Config, int], Path]
 
-    def changed(self, cfg: Config, loss: Mapping[str, float]) -> Config:
+    def changed(self, cfg: Visual, loss: Mapping[str, float]) -> Visual:
         """cfg with these weights. Raises UserError, with the nearest name, for a term that there is none of."""
         part = getattr(cfg, self.key)
         terms = asdict(part.loss)

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from vision_s2r import pipeline
+from vision_s2r.ablation.config import AblationStudyConfig, check, selected
 from vision_s2r.ablation.families import family_of
-from vision_s2r.ablation.variants import check, selected
-from vision_s2r.config import Config
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import evaluate
 from vision_s2r.evaluate.config import RowConfig, through_cameras
@@ -32,7 +31,7 @@ class JobResult:
     metrics: dict[str, float]  # of the released checkpoint, on validation views
 
 
-def jobs(cfg: Config) -> dict[str, list[Config]]:
+def jobs(cfg: AblationStudyConfig) -> dict[str, list[AblationStudyConfig]]:
     """By selected variant: the configuration of its job for each seed."""
     seeds = range(cfg.seed, cfg.seed + cfg.seeds)
     return {
@@ -41,7 +40,7 @@ def jobs(cfg: Config) -> dict[str, list[Config]]:
     }
 
 
-def run(cfg: Config) -> Path:
+def run(cfg: AblationStudyConfig) -> Path:
     """Train and evaluate `cfg.ablation.variant` with `cfg.ablation.seed` in OUT/VARIANT-SEED; returns the result.
 
     What is finished is not repeated, what was interrupted goes on. Raises UserError where something does not fit.
@@ -62,7 +61,7 @@ def run(cfg: Config) -> Path:
     return path
 
 
-def read(cfg: Config) -> JobResult:
+def read(cfg: AblationStudyConfig) -> JobResult:
     """What `run` left for the variant and seed of cfg. Raises UserError unless it ran with this configuration."""
     path = folder(cfg) / RESULT
     if not _finished(path, _settings(_configured(cfg))):
@@ -72,17 +71,17 @@ def read(cfg: Config) -> JobResult:
     return JobResult(success, found["metrics"])
 
 
-def folder(cfg: Config) -> Path:
+def folder(cfg: AblationStudyConfig) -> Path:
     """The folder of the variant and seed of cfg."""
     return Path(cfg.out) / f"{cfg.ablation.variant}-{cfg.ablation.seed}"
 
 
-def sheet(cfg: Config) -> Path:
+def sheet(cfg: AblationStudyConfig) -> Path:
     """Of a finished job: the first scenes through the first camera, and below each its translation (PNG)."""
     return folder(cfg) / TABLE / "strip.png"
 
 
-def _configured(cfg: Config) -> Config:
+def _configured(cfg: AblationStudyConfig) -> AblationStudyConfig:
     """cfg as its variant changes it, its seed's policy as judge. Raises UserError where something does not fit."""
     check(cfg.ablation, cfg.seeds)
     if not cfg.ablation.variant or not cfg.ablation.policy:
@@ -92,7 +91,7 @@ def _configured(cfg: Config) -> Config:
     return family_of(cfg.ablation).changed(cfg, cfg.ablation.definitions[cfg.ablation.variant].loss)
 
 
-def _settings(cfg: Config) -> dict[str, Any]:
+def _settings(cfg: AblationStudyConfig) -> dict[str, Any]:
     """JSON-able: what the result of a configured job depends on; what is finished in its folder, the folder knows."""
     family = family_of(cfg.ablation)
     keys = (family.key, "scene", "camera", "validation_camera")
@@ -108,7 +107,7 @@ def _finished(path: Path, settings: dict[str, Any]) -> bool:
     return path.exists() and bool(json.loads(path.read_text())["settings"] == json.loads(json.dumps(settings)))
 
 
-def _success(cfg: Config, translator: Path) -> dict[str, list[int]]:
+def _success(cfg: AblationStudyConfig, translator: Path) -> dict[str, list[int]]:
     """By camera: whether the grasp in each scene held, 0 or 1."""
     rows = {ROW: RowConfig([cfg.translate.q_function], [str(translator)])}
     settings = through_cameras(cfg.evaluate, rows, cfg.ablation.cameras, folder(cfg) / TABLE)

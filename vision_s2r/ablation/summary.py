@@ -10,8 +10,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from vision_s2r.ablation.config import AblationStudyConfig
 from vision_s2r.ablation.job import JobResult
-from vision_s2r.config import Config
 from vision_s2r.files import finite, write, write_table
 from vision_s2r.metrics.correlation import correlated
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
@@ -50,7 +50,7 @@ class Row:
 class AblationSummary:
     """Every measure of every variant. Success: bootstrapped over scenes and seeds; metrics: over seeds."""
 
-    def __init__(self, cfg: Config, results: dict[str, list[JobResult]]):
+    def __init__(self, cfg: AblationStudyConfig, results: dict[str, list[JobResult]]):
         """`results`: by variant, one for each seed, in the same order."""
         self.cfg, self.results = cfg, results
         any_arm = next(iter(results.values()))[0]

@@ -7,10 +7,9 @@ from pathlib import Path
 
 from vision_s2r import pipeline
 from vision_s2r.ablation import job, picture
+from vision_s2r.ablation.config import AblationStudyConfig, check
 from vision_s2r.ablation.summary import AblationSummary
-from vision_s2r.ablation.variants import check
 from vision_s2r.cli import compose, log_to_terminal, run
-from vision_s2r.config import Config
 
 log = logging.getLogger(__name__)
 NAME = "ablation"  # of the configuration, and of what is written
@@ -22,14 +21,14 @@ def ablate(arguments: list[str]) -> Path | None:
     Hydra's own flags (--cfg job, --multirun with a sweep of one's own) go to Hydra as they are.
     """
     if any(argument.startswith("-") for argument in arguments):
-        run(job.run, Config, NAME, arguments)
+        run(job.run, AblationStudyConfig, NAME, arguments)
         return None
-    cfg = prepared(compose(Config, NAME, arguments))
-    run(job.run, Config, NAME, ["--multirun", *arguments, *sweep(cfg)])
+    cfg = prepared(compose(AblationStudyConfig, NAME, arguments))
+    run(job.run, AblationStudyConfig, NAME, ["--multirun", *arguments, *sweep(cfg)])
     return finish(cfg)
 
 
-def prepared(cfg: Config) -> Config:
+def prepared(cfg: AblationStudyConfig) -> AblationStudyConfig:
     """Render and train what all jobs share; cfg with a policy for each seed. Raises UserError as they do."""
     log_to_terminal()
     check(cfg.ablation, cfg.seeds)
@@ -37,7 +36,7 @@ def prepared(cfg: Config) -> Config:
     return replace(cfg, ablation=replace(cfg.ablation, policy=cfg.ablation.policy or pipeline.canonical_policies(cfg)))
 
 
-def sweep(cfg: Config) -> list[str]:
+def sweep(cfg: AblationStudyConfig) -> list[str]:
     """Hydra's overrides: every selected variant with every seed."""
     jobs = job.jobs(cfg)
     log.info("%s: %d variants × %d seeds", cfg.out, len(jobs), cfg.seeds)
@@ -49,7 +48,7 @@ def sweep(cfg: Config) -> list[str]:
     ]
 
 
-def finish(cfg: Config) -> Path:
+def finish(cfg: AblationStudyConfig) -> Path:
     """Write the table (CSV, JSON) and the pictures of finished jobs; returns the path of the first of these."""
     jobs, out = job.jobs(cfg), Path(cfg.out)
     summary = AblationSummary(cfg, {variant: [job.read(each) for each in seeds] for variant, seeds in jobs.items()})

@@ -11,9 +11,9 @@ import numpy as np
 
 from vision_s2r.camera import CameraConfig, load_config
 from vision_s2r.cli import compose, log_to_terminal
+from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
 from vision_s2r.close_gap.withheld import Withheld, withhold
-from vision_s2r.config import Config
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
@@ -46,7 +46,7 @@ class Closed:
         return self.table.outcomes(row, self.table.columns[-1].name)
 
 
-def close_gap(cfg: Config) -> Path:
+def close_gap(cfg: CloseGapStudyConfig) -> Path:
     """Close the loop for every camera; returns the summary (JSON). Goes on where it was interrupted.
 
     Rows of each camera's table: the translator as it was (before); fine-tuned under the diagnosis (after), under the
@@ -73,7 +73,7 @@ def close_gap(cfg: Config) -> Path:
     return _summary(cfg, closed, out)
 
 
-def _given(cfg: Config) -> list[Withheld]:
+def _given(cfg: CloseGapStudyConfig) -> list[Withheld]:
     """The user's recordings; without a known truth, the diagnosis itself is what the table looks through."""
     paths = folders(cfg.recording)
     if cfg.close_gap.truth and len(paths) > 1:
@@ -82,12 +82,12 @@ def _given(cfg: Config) -> list[Withheld]:
     return [Withheld(path.resolve().name, path, truth) for path in paths]
 
 
-def _withheld(cfg: Config, out: Path) -> list[Withheld]:
+def _withheld(cfg: CloseGapStudyConfig, out: Path) -> list[Withheld]:
     settings, validation = cfg.close_gap, Views.open(cfg.data.validation.out)
     return withhold(validation, settings.withheld, settings.frames, settings.effects, cfg.seed, out)
 
 
-def _diagnosis(cfg: Config, camera: Withheld, out: Path) -> Path:
+def _diagnosis(cfg: CloseGapStudyConfig, camera: Withheld, out: Path) -> Path:
     """The report (JSON) of a camera's recording, made once."""
     folder = out / camera.name / "diagnosis"
     if not (folder / "report.json").exists():
@@ -96,7 +96,7 @@ def _diagnosis(cfg: Config, camera: Withheld, out: Path) -> Path:
     return folder / "report.json"
 
 
-def _fine_tuned(cfg: Config, camera: CameraConfig, out: Path) -> Path:
+def _fine_tuned(cfg: CloseGapStudyConfig, camera: CameraConfig, out: Path) -> Path:
     """The translator after some steps under this camera, which also chooses the checkpoint."""
     log_to_terminal()
     training = replace(
@@ -110,7 +110,7 @@ def _fine_tuned(cfg: Config, camera: CameraConfig, out: Path) -> Path:
     return train_translator(*training_sets(cfg), translate, camera, camera, out, cfg.seed, judge(cfg))
 
 
-def _table(cfg: Config, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:
+def _table(cfg: CloseGapStudyConfig, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:
     """The transfer table through one camera."""
     looked_through = camera.truth or out / camera.name / "diagnosis" / "patch" / "camera.yaml"
     policy = [cfg.close_gap.policy]
@@ -145,7 +145,7 @@ def recovered(closed: list[Closed]) -> Estimate:
         return Estimate(float(np.divide(part, whole)), float(low), float(high))
 
 
-def _summary(cfg: Config, closed: list[Closed], out: Path) -> Path:
+def _summary(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> Path:
     """All cameras in one file."""
     cameras = [
         {

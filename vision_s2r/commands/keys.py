@@ -63,7 +63,7 @@ def _groups(config: str) -> Iterator[Group]:
             yield from _groups(entry) if (CONFIGS / f"{entry}.yaml").exists() else ()
             continue
         ((key, chosen),) = entry.items()
-        if key.startswith("override "):
+        if key.startswith(("override ", "optional ")):
             continue
         group, _, package = key.partition("@")
         options = sorted(path.stem for path in (CONFIGS / group).glob("*.yaml"))
@@ -73,12 +73,20 @@ def _groups(config: str) -> Iterator[Group]:
 @cache
 def _keys(config: str) -> list[Key]:
     """Every key with the value that the files give it, which the usual choices name."""
-    table = json.loads(TABLE.read_text(encoding="utf-8"))
-    found = {name: Key(name, value, comment) for name, value, comment in table.get(config, table["config"])}
+    found = {name: Key(name, value, comment) for name, value, comment in _table(config)}
     for name, value in _set(config):
         if name in found and found[name].value is not None:
             found[name] = replace(found[name], value=value)
     return [key for key in found.values() if _NAMED not in key.name]
+
+
+def _table(config: str) -> list[list[Any]]:
+    """Names, defaults and comments of a configuration's own keys, and of those below it."""
+    found = list(json.loads(TABLE.read_text(encoding="utf-8"))[config])
+    for entry in _load(config).get("defaults", []):
+        if isinstance(entry, str) and (CONFIGS / f"{entry}.yaml").exists():
+            found += _table(entry)
+    return found
 
 
 def _set(config: str) -> Iterator[tuple[str, str]]:

@@ -147,7 +147,7 @@ _ALL = (
         "vision_s2r.ablation.sweep:ablate",
         schema=None,
         config="ablation",
-        keys=("",),
+        keys=("", "ablation"),
         examples=(
             ("ablation=debug", "in a minute"),
             ("'ablation.variants=[full,no_image]' seeds=3 jobs=2", "some variants, three trainings of each"),
@@ -182,6 +182,8 @@ _ALL = (
         DIAGNOSIS,
         "Diagnose a camera, train the translator under the diagnosis, measure what it won",
         "vision_s2r.close_gap.loop:close_gap",
+        schema="vision_s2r.close_gap.config:CloseGapStudyConfig",
+        config="close_gap",
         keys=("close_gap",),
         examples=(
             ("experiment=demo", "withheld cameras, small"),
