@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def _run(folder: Path, script: str = "run", *more: str) -> subprocess.CompletedProcess[str]:
-    data = [f"data.{part}.out={folder}/{part}" for part in ("train", "validation", "test")]
+    data = [f"data.{part}.out={folder}/{part}" for part in ("pairs", "train", "validation", "test")]
     command = [sys.executable, f"scripts/{script}.py", "experiment=debug", f"out={folder}/out", *data, *more]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
 
@@ -17,11 +17,11 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert done.returncode == 0, done.stderr
     page = tmp_path / "out" / "index.html"
     table = json.loads((tmp_path / "out" / "table.json").read_text())
-    rows = {"oracle", "no_translation", "domain_randomization", "rcan", "rcan_adapted"}
+    rows = {"oracle", "no_translation", "domain_randomization", "rcan", "rcan_student", "domain_randomization_student"}
     assert rows <= {record["row"] for record in table["cells"]}
     assert "domain randomization" in page.read_text()
     made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
-    assert len(made) >= 8  # shards and four checkpoints
+    assert len(made) >= 8  # shards and five checkpoints
 
     again = _run(tmp_path)
     assert again.returncode == 0 and "not repeated" in again.stderr

@@ -8,7 +8,7 @@ from vision_s2r.contact import benchmark as contact_benchmark
 from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
 from vision_s2r.joint import benchmark as joint_benchmark
-from vision_s2r.pipeline import training_sets
+from vision_s2r.pipeline import pair_sets, training_sets
 from vision_s2r.render import benchmark as render_benchmark
 from vision_s2r.translate import benchmark as translate_benchmark
 
@@ -21,7 +21,7 @@ def render(cfg: Config) -> None:
 def translate(cfg: Config) -> None:
     """The translator against the U-Net of the literature: speed, and errors after the same time."""
     cameras, out = (cfg.camera, cfg.validation_camera), Path(cfg.out) / "benchmark"
-    translate_benchmark.run(cfg.translate, cfg.benchmark, *training_sets(cfg), *cameras, out, cfg.seed)
+    translate_benchmark.run(cfg.translate, cfg.benchmark, *pair_sets(cfg), *cameras, out, cfg.seed)
 
 
 def grasp(overrides: list[str]) -> None:

@@ -16,6 +16,8 @@ from vision_s2r.finetune import Start, finetune
 
 Released = Mapping[str, str]  # by row: a checkpoint, of a policy or of a translator
 
+STUDENTS = ("rcan_student", "domain_randomization_student")  # rows of `vision-s2r run`; methods have none
+
 
 def compare(cfg: Config) -> Path:
     """Do, or go on with, the comparison of cfg, in cfg.out; returns the page with its table.
@@ -53,7 +55,8 @@ def trained(cfg: Config) -> Config:
 
 def rows(cfg: Config, policies: list[str], released: list[list[Released]]) -> dict[str, RowConfig]:
     """The rows of cfg.evaluate with their checkpoints: `policies` a seed, `released` [method][seed]."""
-    found = {name: replace(row, policy=policies) for name, row in cfg.evaluate.rows.items()}
+    known = {name: row for name, row in cfg.evaluate.rows.items() if name not in STUDENTS}
+    found = {name: replace(row, policy=policies) for name, row in known.items()}
     for seeds in released:
         for name in seeds[0]:
             paths = [each[name] for each in seeds]

@@ -8,8 +8,10 @@ from omegaconf import OmegaConf
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera.config import CameraConfig
 from vision_s2r.evaluate.config import EvaluateConfig
+from vision_s2r.evaluate.sensitivity_config import SensitivityConfig
 from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.student_config import StudentConfig
 from vision_s2r.options import option
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
@@ -20,9 +22,13 @@ from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
 class DataConfig:
     """The sets that an experiment needs."""
 
+    pairs: RenderConfig = option(
+        RenderConfig(out="renders/full/pairs", scenes=24000, seed=4, turns=4, views=1, grasps=0, shard_size=200),
+        "The translator and the students learn from it: pairs of pictures, without grasps.",
+    )
     train: RenderConfig = option(
         RenderConfig(out="renders/full/train", scenes=4000),
-        "Networks train on it: randomized and canonical pictures, labelled grasps.",
+        "Policies learn from it: labelled grasps, randomized and canonical pictures.",
     )
     validation: RenderConfig = option(
         RenderConfig(out="renders/full/validation", scenes=300, seed=1, views=1, real=True),
@@ -45,8 +51,7 @@ class Config:
     name: str = option("full", "What this run is called.")
     seed: int = option(0, "Of the first training.", low=0)
     seeds: int = option(1, "How many trainings (seed, seed + 1, …) of each network.", low=1)
-    with_adapted: bool = option(True, "Whether the adapted policy is trained and evaluated too.")
-    with_baseline: bool = option(True, "Whether the baseline is trained and evaluated too.")
+    with_baseline: bool = option(True, "Whether the baseline and its student are trained and evaluated too.")
     jobs: int = option(1, "Trainings at a time; they share the processor's cores.", low=1)
     out: str = option("outputs/full", "The folder that this run writes to.")
     scene: SceneConfig = option(SceneConfig, "The bin, the arm and what lies there.")
@@ -63,9 +68,11 @@ class Config:
     graspgan: AdaptConfig = option(AdaptConfig, "Its rival, for `vision-s2r compare`.")
     benchmark: BenchmarkConfig = option(BenchmarkConfig, "How `vision-s2r benchmark translate` compares.")
     grasp: GraspConfig = option(GraspConfig, "The policy.")
-    adapted: GraspConfig = option(GraspConfig, "The policy that also learns from what the translator makes.")
     baseline: GraspConfig = option(GraspConfig, "The policy that domain randomization trains, to compare with.")
+    student: StudentConfig = option(StudentConfig, "The policy that learns on from what the translator makes.")
+    baseline_student: StudentConfig = option(StudentConfig, "And the one of domain randomization.")
     evaluate: EvaluateConfig = option(EvaluateConfig, "The transfer table.")
+    sensitivity: SensitivityConfig = option(SensitivityConfig, "Success against the strength of an effect.")
     finetune: FinetuneConfig = option(FinetuneConfig, "Few real grasps.")
 
 

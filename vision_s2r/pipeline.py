@@ -11,9 +11,11 @@ from vision_s2r.camera import Camera
 from vision_s2r.camera.presets import preset
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
-from vision_s2r.evaluate import evaluate
+from vision_s2r.evaluate import Table, evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
+from vision_s2r.evaluate.sensitivity import sensitivity
 from vision_s2r.grasp import FrozenQ, train_policy
+from vision_s2r.grasp.student import train_student
 from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
 from vision_s2r.training.data import RECORDED, generator
@@ -39,6 +41,7 @@ def render_sets(cfg: Config, real: bool = False) -> None:
 
     Raises UserError as `render` does.
     """
+    render(cfg.scene, cfg.data.pairs)
     render(cfg.scene, cfg.data.train)
     render(cfg.scene, cfg.data.validation)
     render(test_scene(cfg), cfg.data.test)
@@ -56,13 +59,18 @@ def training_sets(cfg: Config) -> tuple[Views, Views]:
     return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
 
 
+def pair_sets(cfg: Config) -> tuple[Views, Views]:
+    """Pairs to train on, and validation views. Raises UserError unless they are rendered."""
+    return Views.open(cfg.data.pairs.out), Views.open(cfg.data.validation.out)
+
+
 def train(cfg: Config) -> Checkpoints:
     """Train every network of every seed, `cfg.jobs` at a time; returns the best checkpoints."""
     first: dict[str, Training] = {"translator": paired_translator, "policy": canonical_policy}
+    students: dict[str, Training] = {"student": student}
     if cfg.with_baseline:
-        first["baseline"] = baseline
-    found = _train_all(cfg, first)
-    return found | (_train_all(cfg, {"adapted": _adapted}) if cfg.with_adapted else {})
+        first["baseline"], students["baseline_student"] = baseline, baseline_student
+    return _train_all(cfg, first) | _train_all(cfg, students)
 
 
 def canonical_policies(cfg: Config) -> list[str]:
@@ -87,7 +95,7 @@ def paired_translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomized pictures through the training camera to canonical ones."""
     out = Path(cfg.out) / f"translator-{seed}"
     cameras = cfg.camera, cfg.validation_camera
-    return train_translator(*training_sets(cfg), cfg.translate, *cameras, out, seed, judge(cfg))
+    return train_translator(*pair_sets(cfg), cfg.translate, *cameras, out, seed, judge(cfg))
 
 
 def judge(cfg: Config) -> FrozenQ | None:
@@ -101,16 +109,25 @@ def canonical_policy(cfg: Config, seed: int) -> Path:
     return train_policy(*training_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
 
 
-def _adapted(cfg: Config, seed: int) -> Path:
-    """The canonical policy, which this seed's translator helps to train."""
-    out, translator = Path(cfg.out) / f"adapted-{seed}", Translator.load(paired_translator(cfg, seed))
-    return train_policy(*training_sets(cfg), cfg.adapted, cfg.camera, out, seed, cfg.validation_camera, translator)
+def student(cfg: Config, seed: int) -> Path:
+    """The canonical policy's student, on the pictures of this seed's translator."""
+    out, policy = Path(cfg.out) / f"student-{seed}", canonical_policy(cfg, seed)
+    translator = Translator.load(paired_translator(cfg, seed))
+    cameras = cfg.camera, cfg.validation_camera
+    return train_student(*pair_sets(cfg), cfg.student, policy, policy, cameras, out, seed, translator)
 
 
 def baseline(cfg: Config, seed: int) -> Path:
     """Domain randomization: a policy of the same size and cost on randomized pictures directly."""
     out = Path(cfg.out) / f"baseline-{seed}"
     return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
+
+
+def baseline_student(cfg: Config, seed: int) -> Path:
+    """The student of domain randomization, taught by the same canonical policy."""
+    out, cameras = Path(cfg.out) / f"baseline_student-{seed}", (cfg.camera, cfg.validation_camera)
+    start, teacher = baseline(cfg, seed), canonical_policy(cfg, seed)
+    return train_student(*pair_sets(cfg), cfg.baseline_student, start, teacher, cameras, out, seed)
 
 
 def adapt(cfg: Config, seed: int) -> Adapted:
@@ -126,13 +143,33 @@ def recorded(cfg: Config) -> Recorded:
     return Recorded.by(Views.open(cfg.data.real.out), cameras, lambda scene: generator(RECORDED, *scene))
 
 
+def evaluate_configured(cfg: Config) -> Table:
+    """The transfer table of the checkpoints that cfg names; test scenes that are missing are rendered first."""
+    _render_test(cfg)
+    return evaluate(cfg.evaluate, cfg.scene)
+
+
+def measure_sensitivity(cfg: Config) -> Path:
+    """The curves of the checkpoints that cfg names, in OUT/sensitivity; returns the summary (JSON)."""
+    _render_test(cfg)
+    return sensitivity(cfg.sensitivity, cfg.evaluate, cfg.scene, Path(cfg.out) / "sensitivity")
+
+
+def _render_test(cfg: Config) -> None:
+    """Test scenes, unless the evaluation is of another folder's."""
+    if cfg.evaluate.scenes == cfg.data.test.out:
+        render(test_scene(cfg), cfg.data.test)
+
+
 def evaluation(cfg: Config, found: Checkpoints) -> EvaluateConfig:
     """The evaluation of cfg with the checkpoints filled in."""
     rows = dict(cfg.evaluate.rows)
     for name in ("oracle", "no_translation", "rcan"):
         rows[name] = replace(rows[name], policy=found["policy"])
     rows["domain_randomization"] = replace(rows["domain_randomization"], policy=found.get("baseline", []))
-    rows["rcan_adapted"] = replace(rows["rcan_adapted"], policy=found.get("adapted", []))
-    for name in ("rcan", "rcan_adapted"):
+    students = rows["domain_randomization_student"]
+    rows["domain_randomization_student"] = replace(students, policy=found.get("baseline_student", []))
+    rows["rcan_student"] = replace(rows["rcan_student"], policy=found["student"])
+    for name in ("rcan", "rcan_student"):
         rows[name] = replace(rows[name], translator=found["translator"])
     return replace(cfg.evaluate, rows=rows)

@@ -104,7 +104,7 @@ def success(policy: GraspPolicy, pictures: Tensor, scenes: bars.Bars) -> float:
 
 @pytest.mark.parametrize("method", LOSSES)
 def test_what_is_released_works_on_real_pictures(method: str, policy: Path, tmp_path: Path) -> None:
-    found = adapted(tmp_path, policy, LOSSES[method], 120)
+    found = adapted(tmp_path, policy, LOSSES[method], 180)
     pictures, scenes = real_pictures()
     assert success(GraspPolicy.load(found.policy), pictures, scenes) > 0.9
     metrics = checkpoint.load(found.policy, "q_function").training["metrics"]

@@ -14,6 +14,7 @@ from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.config import AppearanceConfig, ObjectsConfig
 from vision_s2r.training import checkpoint
 from vision_s2r.training.checkpoint import Checkpoint
+from vision_s2r.translate.rcan import normalization
 
 SIZE = 32
 APPEARANCE = AppearanceConfig(textures=8, real_textures=8, texture_size=16)
@@ -62,6 +63,8 @@ class GreenPolicy:
 class MirrorTranslator:
     """The picture in a mirror."""
 
+    size = SIZE
+
     def __init__(self, path):
         checkpoint.load(path, "translator")
 
@@ -93,5 +96,5 @@ def save_untrained_translator(path: Path, cfg: NetworkConfig) -> str:
     torch.manual_seed(0)
     tensors = {f"unet.{name}": value for name, value in UNet(cfg, {"canonical": 3}).state_dict().items()}
     configuration = {"network": asdict(cfg), "heads": {"canonical": 3}}
-    checkpoint.save(path, Checkpoint("translator", configuration, {"depth_range": [0.5, 1]}, {"step": 0}, tensors))
+    checkpoint.save(path, Checkpoint("translator", configuration, normalization(SIZE, (0.5, 1)), {"step": 0}, tensors))
     return str(path)

@@ -201,7 +201,7 @@ def test_trained_networks_are_read_from_their_checkpoints(cfg, tmp_path):
     paired = save_untrained_policy(
         tmp_path / "paired.safetensors", GraspConfig(with_source=True, validate_on="real", **small)
     )
-    translator = save_untrained_translator(tmp_path / "t.safetensors", NetworkConfig(width=8, levels=2, detail=8))
+    translator = save_untrained_translator(tmp_path / "t.safetensors", NetworkConfig(width=8, levels=2))
     rows = {
         "oracle": RowConfig([plain], None, "canonical"),
         "oracle_with_source": RowConfig([paired], None, "canonical"),

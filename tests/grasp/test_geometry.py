@@ -12,7 +12,7 @@ from vision_s2r.grasp.config import FORMS, CropConfig
 from vision_s2r.grasp.crop import CropQ
 from vision_s2r.grasp.dense import DenseQ
 from vision_s2r.grasp.forms import build
-from vision_s2r.networks.unet import displaced
+from vision_s2r.networks.rectifier import displaced
 from vision_s2r.training import Batch
 
 SIZE, SCENES, COUNT = 80, 6, 5

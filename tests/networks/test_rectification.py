@@ -7,7 +7,7 @@ import torch
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.images import to_float
 from vision_s2r.networks.rectification import displacements
-from vision_s2r.networks.unet import displaced
+from vision_s2r.networks.rectifier import displaced
 from vision_s2r.render import RenderConfig
 from vision_s2r.render.shard import render_scene
 from vision_s2r.scene import Renderer, SceneConfig, canonical, sample_state

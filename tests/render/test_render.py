@@ -18,7 +18,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.render import shard as shards
 from vision_s2r.render.manifest import Manifest
-from vision_s2r.scene import SceneConfig, attempt, sample_state
+from vision_s2r.scene import CLASSES, SceneConfig, attempt, sample_state
 
 SCENE = SceneConfig()
 
@@ -165,3 +165,23 @@ def test_missing_and_foreign_manifests(tmp_path):
 def test_depth_is_metres(views):
     depth = views.all("depth").numpy()
     assert depth.min() > 0.4 and depth.max() < 1.0 and depth.dtype == np.float32
+
+
+def test_quarter_turns_of_a_settled_scene(tmp_path):
+    cfg = RenderConfig(
+        out=str(tmp_path / "one"), scenes=8, size=32, margin=4, turns=4, views=1, grasps=0, shard_size=8, workers=1
+    )
+    views = Views.open(render(SCENE, cfg))
+    settled, states = sample_state(SCENE, 0, 1), views.states()[4:]
+    for k, state in enumerate(states):
+        assert state.object_ids == settled.object_ids
+        for turned, pose in zip(state.object_poses, settled.object_poses, strict=True):
+            place = np.linalg.matrix_power([[0, -1], [1, 0]], k) @ pose[:2]
+            assert np.allclose(turned[:3], [*place, pose[2]], atol=1e-9)
+    assert len({state.camera for state in states}) == 4 and len({state.arm_joints for state in states}) == 4
+    area = (views.all("segmentation")[4:] == CLASSES.index("object")).float().mean((1, 2))
+    assert float(area.min()) > 0.7 * float(area.max()) > 0  # but for the arm, and perspective
+    again = Views.open(render(SCENE, replace(cfg, out=str(tmp_path / "other"), shard_size=4)))
+    assert all(torch.equal(again.all(name), views.all(name)) for name in views.names)
+    with pytest.raises(UserError, match="turns = 3"):
+        render(SCENE, replace(cfg, turns=3))

@@ -68,7 +68,7 @@ def test_equal_pictures_cost_nothing_and_gradients_reach_pictures_alone(form: st
 def test_the_perceptual_loss_alone_brings_what_the_policy_sees_nearer(tmp_path: Path) -> None:
     path = policy(tmp_path / "policy.safetensors")
     before, after = (run(tmp_path / str(steps), path, steps) for steps in (1, 80))
-    assert after["q_difference"] < 0.5 * before["q_difference"]
+    assert after["q_difference"] < 0.6 * before["q_difference"]
     assert 0 < after["auc"] < 1
 
 

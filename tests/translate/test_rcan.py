@@ -1,7 +1,8 @@
-"""RCAN end to end on synthetic views: coloured rectangles on textures, their canonical look flat on grey."""
+"""RCAN end to end on synthetic views: coloured rectangles on textures, their canonical look flat."""
 
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -17,10 +18,10 @@ from torch import Tensor
 from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.networks.unet import NetworkConfig
-from vision_s2r.scene import CLASSES, nominal_camera
+from vision_s2r.scene import CLASSES, nominal_camera, palette
 from vision_s2r.scene.config import ViewpointConfig
-from vision_s2r.training import TrainingConfig
-from vision_s2r.training.checkpoint import load, load_state
+from vision_s2r.training import TrainingConfig, released
+from vision_s2r.training.checkpoint import load, load_state, save
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
 from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
 
@@ -29,11 +30,11 @@ SIZE, MARGIN, VIEWS = 32, 2, 2
 OBJECT = CLASSES.index("object")
 CAMERA = CameraConfig(effects={"exposure": {"stops": [-0.3, 0.3]}})
 TINY = TranslateConfig(
-    network=NetworkConfig(width=8, levels=3, blocks=1, detail=8, rectifier=8),
+    network=NetworkConfig(width=16, levels=2, blocks=1, rectifier=8, composed=True),
     discriminator=DiscriminatorConfig(width=8, layers=2),
     loss=LossConfig(segmentation=0.1, adversarial=0.01),
     training=TrainingConfig(
-        max_steps=4, batch_size=8, learning_rate=4e-3, validate_every=2, metric="l1", accelerator="cpu"
+        max_steps=4, batch_size=8, learning_rate=4e-3, muon=4e-3, validate_every=2, metric="l1", accelerator="cpu"
     ),
     validate_on="randomized",
     pictures=2,
@@ -59,7 +60,7 @@ class Rectangles:
         sources = torch.stack([colours[torch.arange(scenes)[:, None, None], v, ids] for v in range(VIEWS)], 1)
         sources = (sources + 0.1 * torch.randn(sources.shape, generator=generator)).clamp(0, 1)
         inner = objects[:, MARGIN:-MARGIN, MARGIN:-MARGIN]
-        canonical = torch.tensor([[0.3, 0.3, 0.35], [0.85, 0.7, 0.2]])[inner.long()]
+        canonical = 0.9 * torch.tensor(palette())[inner.long() * OBJECT]
         camera = nominal_camera(ViewpointConfig(field_of_view=2 * math.atan(SIZE / 2 / 35)))
         self._tensors = {
             "randomized": (255 * sources).to(torch.uint8),
@@ -94,7 +95,7 @@ def with_training(**changes: object) -> TranslateConfig:
 
 @pytest.fixture(scope="module")
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return run(tmp_path_factory.mktemp("trained"), with_training(max_steps=120, validate_every=60))
+    return run(tmp_path_factory.mktemp("trained"), with_training(max_steps=160, validate_every=80))
 
 
 def test_it_learns_the_canonical_view(trained: Path) -> None:
@@ -103,13 +104,13 @@ def test_it_learns_the_canonical_view(trained: Path) -> None:
     identity = (held_out.pictures().float() / 255 - canonical).abs().mean()
     constant = (canonical.mean((0, 1, 2)) - canonical).abs().mean()
     metrics = load(trained, "translator").training["metrics"]
-    assert metrics["l1"] < 0.4 * min(identity, constant)
+    assert metrics["l1"] < 0.5 * min(identity, constant)
     assert metrics["object_iou"] > 0.8
     assert metrics["depth_error"] < 0.02
     translated = Translator.load(trained)(held_out.pictures()).float() / 255
     # the metric is that of the released translator (whose pictures are rounded to 8 bits here)
     assert float((translated - canonical).abs().mean()) == pytest.approx(metrics["l1"], abs=2e-3)
-    assert (trained.parent / "pictures" / "translation-0000120.png").exists()
+    assert (trained.parent / "pictures" / "translation-0000160.png").exists()
 
 
 def test_interrupted_and_resumed_equals_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,7 +153,7 @@ def test_ctrl_c_leaves_a_state_to_go_on_from(tmp_path: Path) -> None:
     _, said = process.communicate(timeout=60)
     step = load_state(tmp_path / "last.pt")["step"]
     assert f"interrupted at step {step}; run it again to go on" in said
-    assert step >= 5 and Translator.load(tmp_path / "best.safetensors").stride == 8
+    assert step >= 5 and Translator.load(tmp_path / "best.safetensors").size == SIZE
 
 
 @pytest.mark.parametrize(
@@ -168,7 +169,7 @@ def test_an_ablation_is_a_command_line(tmp_path: Path, override: str, networks: 
     cfg = OmegaConf.to_object(OmegaConf.merge(schema, file, OmegaConf.from_dotlist([override])))
     best = run(tmp_path, replace(with_training(max_steps=1), loss=cfg.loss))
     assert load_state(tmp_path / "last.pt")["networks"].keys() == networks
-    assert list(Translator.load(best).predict(torch.rand(1, 3, 8, 8))) == heads
+    assert list(Translator.load(best).predict(torch.rand(1, 3, SIZE, SIZE))) == heads
 
 
 def test_views_that_do_not_fit_are_named(tmp_path: Path) -> None:
@@ -195,10 +196,30 @@ def test_a_translator_keeps_the_form_of_its_pictures(trained: Path) -> None:
     torch.testing.assert_close(translator.predict(pictures[5:6])["depth"], everything["depth"][5:6], atol=1e-5, rtol=0)
 
 
+def test_weights_for_another_look_are_refused(trained: Path, tmp_path: Path) -> None:
+    found, other = load(trained, "translator"), tmp_path / "other.safetensors"
+    repainted = found.normalization | {"palette": [[0.0, 0.0, 0.0]] * len(CLASSES)}
+    save(other, replace(found, normalization=repainted))
+    with pytest.raises(UserError, match="its canonical colours are") as error:
+        Translator.load(other)
+    assert "\n" not in str(error.value)
+
+
+def test_released_names(trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(released, "WEIGHTS", tmp_path)
+    (tmp_path / "translator").mkdir()
+    shutil.copy(trained, tmp_path / "translator" / "bin-32.safetensors")
+    assert Translator.load("bin-32").size == SIZE
+    with pytest.raises(UserError, match=r"no released translator 'bin-64', did you mean 'bin-32'\? \(rel"):
+        Translator.load("bin-64")
+    with pytest.raises(UserError, match=r"no released q_function 'bin-32'.*released: none"):
+        load("bin-32", "q_function")
+
+
 @pytest.mark.parametrize(
     ("images", "message"),
     [
-        (torch.zeros(1, 32, 36, 3, dtype=torch.uint8), "multiples of 8"),
+        (torch.zeros(1, 32, 36, 3, dtype=torch.uint8), "expected 32 x 32 px"),
         (torch.zeros(1, 32, 32, 4, dtype=torch.uint8), "expected uint8"),
         (torch.zeros(1, 32, 32, 3), "or float"),
         (torch.zeros(32, 32, 3, dtype=torch.uint8), "expected uint8"),

@@ -97,7 +97,7 @@ def _settings(cfg: AblationStudyConfig) -> dict[str, Any]:
     keys = (family.key, "scene", "camera", "validation_camera")
     return {key: asdict(getattr(cfg, key)) for key in keys} | {
         "policy": cfg.translate.q_function,
-        "data": [each.out for each in (cfg.data.train, cfg.data.validation, cfg.data.test)],
+        "data": [each.out for each in (cfg.data.pairs, cfg.data.train, cfg.data.validation, cfg.data.test)],
         "table": [cfg.ablation.cameras, cfg.ablation.scenes, cfg.evaluate.seed],
     }
 

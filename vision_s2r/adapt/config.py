@@ -46,7 +46,7 @@ class AdaptConfig:
     """Unpaired translation between canonical and real pictures, and the Q-functions of both."""
 
     network: NetworkConfig = option(
-        NetworkConfig(rectifier=0, residual=True),
+        NetworkConfig(width=16, detail=16, rectifier=0, residual=True),
         "The generators, of the translator's size; each begins as the identity.",
     )
     discriminator: DiscriminatorConfig = option(DiscriminatorConfig, "The patch discriminators.")

@@ -30,6 +30,7 @@ from vision_s2r.translate.discriminator import PatchDiscriminator
 from vision_s2r.translate.losses import OBJECT, adversarial, discrimination, supervised, weighted
 from vision_s2r.translate.metrics import picture_metrics, ratio
 from vision_s2r.translate.pairs import Pairs
+from vision_s2r.translate.rcan import normalization
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -76,7 +77,7 @@ class Adaptation(Method):
         network, heads = to_canonical(cfg, translate)
         shape = {"network": asdict(network), "heads": heads} if cfg.way_back else {}
         self.configuration = {"adapt": asdict(cfg), "policy": asdict(self._policy["q_real"])} | pairs | known | shape
-        self.normalization = {"size": recorded.size, "depth_range": list(depth_range)}
+        self.normalization = normalization(recorded.size, depth_range)
 
     def _optimizer(self, name: str, network: nn.Module) -> torch.optim.AdamW:
         cfg = self._cfg

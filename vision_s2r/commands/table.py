@@ -107,11 +107,22 @@ _ALL = (
         "vision_s2r.commands.visual:table",
         keys=("evaluate",),
         examples=(
+            ("experiment=released", "the weights of the package, on scenes rendered for it"),
+            ("experiment=released data.test.seed=7 data.test.scenes=200", "on fresh ones"),
             (
                 "experiment=cpu 'evaluate.rows.rcan.policy=[POLICY]' 'evaluate.rows.rcan.translator=[TRANSLATOR]'",
-                "released checkpoints",
+                "checkpoints of your own",
             ),
         ),
+    ),
+    Command(
+        "sensitivity",
+        VISUAL,
+        "Success against the strength of each camera effect",
+        "vision_s2r.pipeline:measure_sensitivity",
+        keys=("sensitivity",),
+        examples=(("experiment=released", "of the weights of the package"),),
+        result="summary",
     ),
     Command(
         "compare",

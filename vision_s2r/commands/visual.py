@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from vision_s2r import evaluate, pipeline
+from vision_s2r import pipeline
 from vision_s2r import render as rendering
 from vision_s2r.config import Config
 from vision_s2r.grasp import train_policy
@@ -32,5 +32,5 @@ def grasp(cfg: Config) -> Path:
 
 
 def table(cfg: Config) -> None:
-    """The transfer table and its page, in `cfg.evaluate.out`."""
-    evaluate.evaluate(cfg.evaluate, cfg.scene)
+    """The transfer table and its page, in `cfg.evaluate.out`; test scenes that are missing are rendered."""
+    pipeline.evaluate_configured(cfg)

@@ -116,16 +116,20 @@ def _runner(
     picture = policy.cfg.picture
     if picture != row.trained_on:
         raise UserError(f"{where}: {policy_path} was trained on {picture} pictures: expected {row.trained_on} ones")
-    if policy.size != size:
-        raise UserError(
-            f"{where}: {policy_path} was trained on pictures of {policy.size} px: the scenes have {size} px"
-        )
+    _require_size(where, policy_path, policy.size, size)
     looks_at_source = picture != "canonical" or policy.cfg.with_source
     known = {"policy": _known(policy_path, "q_function", looks_at_source)}
     if translator_path is None:
         return Runner(row, policy, None, known)
     known["translator"] = _known(translator_path, "translator", True)
-    return Runner(row, policy, loaders.translator(translator_path), known)
+    translator = loaders.translator(translator_path)
+    _require_size(where, translator_path, translator.size, size)
+    return Runner(row, policy, translator, known)
+
+
+def _require_size(where: str, path: str, found: int, size: int) -> None:
+    if found != size:
+        raise UserError(f"{where}: {path} was trained on pictures of {found} px: the scenes have {size} px")
 
 
 def _known(path: str, kind: str, looks_at_source: bool) -> dict[str, Any]:

@@ -116,9 +116,7 @@ def _trained(cfg: FinetuneConfig, job: Job, recorded: Recorded, scratch: GraspCo
         known, rate = scratch, scratch.training.learning_rate
         steps = min(max(10 * steps, cfg.least_steps), cfg.scratch_steps)
     training = replace(cfg.training, max_steps=steps, validate_every=steps, learning_rate=rate)
-    settings = replace(
-        known, picture="seen", validate_on="seen", rectification=0.0, negatives=0, translations=0.0, training=training
-    )
+    settings = replace(known, picture="seen", validate_on="seen", rectification=0.0, negatives=0, training=training)
     folder = out / f"{job.name}-{job.seed}"
     # Validated once, at the end: nothing is chosen, the last weights are taken.
     return train_policy(some, some.first(1), settings, CameraConfig(), folder, job.seed)

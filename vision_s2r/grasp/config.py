@@ -83,13 +83,6 @@ class GraspConfig:
         choices=PICTURES,
     )
     start: str = option("", "A released checkpoint whose weights training begins with: fine-tuning. Empty: fresh ones.")
-    translations: float = option(
-        0.0,
-        "Part of the canonical pictures in training that a translator made of randomized ones, through the training "
-        "camera.",
-        low=0,
-        high=1,
-    )
     with_source: bool = option(
         False,
         "Whether Q also sees the picture that the canonical one was made from, as RCAN's fine-tuned variant does.",
@@ -130,8 +123,6 @@ def check(cfg: GraspConfig) -> None:
     training_config.check(cfg.training)
     if cfg.with_source and (cfg.front or cfg.picture != "canonical"):
         raise UserError("grasp.with_source: expected picture=canonical and front=null, the source comes beside it")
-    if cfg.translations and (cfg.with_source or cfg.picture != "canonical"):
-        raise UserError(f"grasp.translations = {cfg.translations}: expected 0 unless pictures are canonical alone")
     told = cfg.picture == "randomized" and cfg.front is not None and cfg.front.rectifier > 0
     if cfg.rectification and not told:
         raise UserError(

@@ -10,7 +10,8 @@ from vision_s2r.grasp.crop import CropQ
 from vision_s2r.grasp.dense import DenseQ
 from vision_s2r.grasp.q_function import QFunction
 from vision_s2r.grasp.trunk import TrunkQ
-from vision_s2r.networks.unet import NetworkConfig, Rectifier, UNet
+from vision_s2r.networks.rectifier import Rectifier
+from vision_s2r.networks.unet import NetworkConfig, UNet
 
 
 class Front(nn.Module):
@@ -22,16 +23,14 @@ class Front(nn.Module):
 
     def __init__(self, cfg: NetworkConfig):
         super().__init__()
-        self.rectifier = Rectifier(cfg.rectifier) if cfg.rectifier else None
-        self.unet = UNet(replace(cfg, rectifier=0), {"picture": 3})
-        for parameter in self.unet.head.parameters():
-            nn.init.zeros_(parameter)
+        self.rectifier = Rectifier(cfg.rectifier, cfg.looks) if cfg.rectifier else None
+        self.unet = UNet(replace(cfg, rectifier=0, residual=True), {"picture": 3})
 
     def forward(self, images: Tensor) -> tuple[Tensor, Tensor | None]:
         displacements = None
         if self.rectifier is not None:
             images, displacements = self.rectifier(images)
-        return images + self.unet(images)["picture"], displacements
+        return self.unet(images)["picture"], displacements
 
 
 def build(cfg: GraspConfig) -> QFunction:

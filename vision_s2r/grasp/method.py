@@ -1,6 +1,5 @@
 """Learning Q from labelled grasps: each attempt ends at once, so Q is the chance that it succeeds."""
 
-from collections.abc import Callable
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -18,14 +17,13 @@ from vision_s2r.grasp.metrics import measure
 from vision_s2r.grasp.q_function import GraspScores
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
-from vision_s2r.networks.unet import POINTS
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, train
+from vision_s2r.networks.rectifier import POINTS
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
 from vision_s2r.training.data import require
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
 SOURCES = ("randomized", "real")
-Translator = Callable[[Tensor], Tensor]  # float [B, 3, H, W] in [0, 1] to their canonical views, the same
 
 
 class QLearning(Method):
@@ -45,16 +43,15 @@ class QLearning(Method):
         validation_camera: CameraConfig,
         size: int,
         margin: int,
-        translator: Translator | None = None,
     ):
         """`size`: side of a picture; `margin`: by which source pictures are wider on each side; pixels."""
-        self._cfg, self._margin, self._translator = cfg, margin, translator
+        self._cfg, self._margin = cfg, margin
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         network = build(cfg)
         if cfg.start:
             checkpoint.load(cfg.start, self.kind).restore("q_function", network)
         self.networks = {"q_function": network}
-        self.optimizers = {"q_function": adamw(network, cfg.training)}
+        self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = asdict(cfg) | cameras
         self.normalization = {"size": size}
@@ -73,9 +70,6 @@ class QLearning(Method):
             batch = batch | truth
         if self._cfg.picture in batch and self._cfg.picture != "randomized":
             canonical = to_float(batch[self._cfg.picture])
-            if self._translator is not None and source is not None and self._cfg.translations:
-                made = torch.rand(len(canonical), 1, 1, 1, generator=step.generator) < self._cfg.translations
-                canonical, source = torch.where(made.to(self.device), self._translator(source), canonical), None
             canonical = augment.degrade(canonical, self._cfg.augmentation, step.generator)
         batch = batch | {"images": beside(canonical, source), "weight": torch.ones_like(batch["success"])}
         if self._cfg.negatives:
@@ -153,7 +147,6 @@ def _read_in_training(cfg: GraspConfig) -> list[str]:
     """All that training reads but for the labels."""
     return [
         *_read(cfg, "randomized"),
-        *(["randomized"] if cfg.translations else []),
         *(["segmentation"] if cfg.negatives else []),
     ]
 
@@ -176,17 +169,14 @@ def train_policy(
     out: Path,
     seed: int,
     validation_camera: CameraConfig | None = None,
-    translator: Translator | None = None,
 ) -> Path:
     """Trains Q in the folder `out`, or goes on there, and returns the best checkpoint, which `GraspPolicy` loads.
 
     `camera` is drawn from where Q looks at source pictures; `validation_camera` (without it: `camera`) where the
-    checkpoint is chosen on such. `translator` makes the part of the canonical pictures that `translations` names.
+    checkpoint is chosen on such.
     Raises UserError where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
-    if (translator is not None) != (cfg.translations > 0):
-        raise UserError(f"grasp.translations = {cfg.translations}: expected above 0 with a translator, 0 without")
     for part, source, names in (
         ("training", views, _read_in_training(cfg)),
         ("validation", validation, _read(cfg, cfg.validate_on)),
@@ -202,5 +192,5 @@ def train_policy(
             raise UserError(
                 f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
             )
-    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin, translator)
+    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin)
     return train(method, views, validation, cfg.training, out, seed).best

@@ -37,13 +37,13 @@ def displacements(batch: Mapping[str, Tensor], parameters: CameraParameters, siz
 
 
 def loss(found: Tensor, truth: Tensor) -> Tensor:
-    """Absolute error of displacements, in tenths of half the picture's side."""
-    return 10 * (found - truth).abs().mean()
+    """Absolute error of displacements after each look [B, looks, 2, P, P], in tenths of half the picture's side."""
+    return 10 * (found - truth[:, None]).abs().mean()
 
 
 def error(found: Tensor, truth: Tensor, size: int) -> Tensor:
-    """Mean distance [B] between displacements, pixels of a picture of `size`."""
-    return (found - truth).norm(dim=1).mean((1, 2)) * size / 2
+    """Mean distance [B] of displacements [B, looks, 2, P, P] after the last look, pixels of a picture of `size`."""
+    return (found[:, -1] - truth).norm(dim=1).mean((1, 2)) * size / 2
 
 
 def _grid(size: int, points: int) -> Tensor:

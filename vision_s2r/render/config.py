@@ -15,6 +15,13 @@ class RenderConfig:
     )
     scenes: int = option(2000, "How many scenes.", low=1)
     seed: int = option(0, "That they are drawn from: scene i of a seed is always the same.", low=0)
+    turns: int = option(
+        1,
+        "Scenes in a row that are one settled scene, each a quarter turn on, with its own arm pose and camera; a "
+        "divisor of shard_size. Above 1 there are no grasps; pictures cost half, as most of a scene is its settling.",
+        low=1,
+        high=4,
+    )
     size: int = option(64, "Side of a picture, pixels.", low=16)
     margin: int = option(8, "Pixels that source pictures have more on each side, for lenses that warp.", low=0)
     views: int = option(3, "Randomized pictures of each scene.", low=0)
@@ -33,6 +40,10 @@ def check(cfg: RenderConfig) -> None:
     """Raise UserError where a number makes no sense."""
     validate(cfg, "render")
     check_workers("render", cfg.workers)
+    if cfg.shard_size % cfg.turns:
+        raise UserError(f"render.turns = {cfg.turns}: expected a divisor of render.shard_size {cfg.shard_size}")
+    if cfg.turns > 1 and cfg.grasps:
+        raise UserError("render.turns above 1 renders pictures alone: expected render.grasps=0")
 
 
 def check_workers(where: str, workers: int) -> None:

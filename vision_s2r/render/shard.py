@@ -1,6 +1,8 @@
 """One shard: a run of consecutive scenes, rendered in one process and written as one safetensors file."""
 
 import hashlib
+from collections.abc import Iterator
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +23,7 @@ from vision_s2r.scene import (
     randomized,
     real,
     sample_state,
+    turned,
 )
 from vision_s2r.scene.config import MAX_OBJECTS
 
@@ -33,8 +36,15 @@ def indices(cfg: RenderConfig, shard: int) -> range:
 def render_shard(scene: SceneConfig, cfg: RenderConfig, shard: int) -> dict[str, np.ndarray]:
     """Every tensor of one shard, first axis its N scenes; see the package's docstring."""
     with Renderer(scene) as renderer:
-        rows = [render_scene(renderer, sample_state(scene, cfg.seed, i), cfg) for i in indices(cfg, shard)]
+        rows = [render_scene(renderer, state, cfg) for state in states(scene, cfg, shard)]
     return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+
+
+def states(scene: SceneConfig, cfg: RenderConfig, shard: int) -> Iterator[SceneState]:
+    """The scenes of a shard; with turns, so many in a row are the same settled one, a quarter turn on each."""
+    for settled, group in groupby(indices(cfg, shard), lambda i: i // cfg.turns):
+        state = sample_state(scene, cfg.seed, settled)
+        yield from (state if cfg.turns == 1 else turned(scene, state, i) for i in group)
 
 
 def render_scene(renderer: Renderer, state: SceneState, cfg: RenderConfig) -> dict[str, np.ndarray]:

@@ -105,6 +105,11 @@ def class_of(part: str) -> str:
     return "bin" if part.startswith("bin_") else arm.KINDS[part]
 
 
+def palette() -> list[tuple[float, float, float]]:
+    """The canonical colour (RGB in [0, 1]) of each of CLASSES, before it is shaded."""
+    return [CANONICAL_COLOURS[name] for name in CLASSES]
+
+
 PARTS = (TABLE, *(part.name for part in tray.PARTS), *arm.KINDS)
 
 CANONICAL_LIGHT = Light((-0.66, 0.44, 0.61), (1.0, 1.0, 1.0), ambient=0.3, diffuse=0.9, specular=0.0, shadow=False)

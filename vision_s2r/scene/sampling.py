@@ -1,5 +1,6 @@
 """From (seed, index) to a settled scene state, whatever was drawn before."""
 
+from dataclasses import replace
 from enum import IntEnum
 
 import numpy as np
@@ -24,6 +25,7 @@ class Stream(IntEnum):
     RANDOMIZED = 1
     REAL = 2
     GRASPS = 3
+    TURNED = 4
 
 
 def generator(seed: int, index: int, stream: Stream, *more: int) -> np.random.Generator:
@@ -52,6 +54,26 @@ def sample_state(cfg: SceneConfig, seed: int, index: int) -> SceneState:
                 camera=_scene_camera(cfg.viewpoint, rng),
             )
     raise RuntimeError(f"no settled scene for seed {seed}, index {index} in {ATTEMPTS} attempts")
+
+
+def turned(cfg: SceneConfig, settled: SceneState, index: int) -> SceneState:
+    """A settled scene a number of quarter turns on, under the number `index`, with an arm pose and a camera of its own.
+
+    The bin is square, so it is as good a scene as the one that was settled, and most of a scene's time is its settling.
+    """
+    rng = generator(settled.seed, index, Stream.TURNED)
+    turn = Rotation.from_euler("z", np.pi / 2 * index)
+    poses = [
+        (*turn.apply(pose[:3]).tolist(), *(turn * Rotation.from_quat(pose[3:])).as_quat().tolist())
+        for pose in settled.object_poses
+    ]
+    return replace(
+        settled,
+        index=index,
+        object_poses=tuple(poses),
+        arm_joints=_home(rng),
+        camera=_scene_camera(cfg.viewpoint, rng),
+    )
 
 
 def _settle(cfg: SceneConfig, object_ids: tuple[int, ...], rng: np.random.Generator) -> np.ndarray | None:

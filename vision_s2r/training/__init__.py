@@ -11,7 +11,8 @@ from), `pictures/*.png` and TensorBoard logs.
 from vision_s2r.training.config import TrainingConfig
 from vision_s2r.training.data import Draw, ViewSource
 from vision_s2r.training.loop import TrainingResult, train
-from vision_s2r.training.method import Batch, Method, Step, adamw, frozen
+from vision_s2r.training.method import Batch, Method, Step, frozen
+from vision_s2r.training.optimizers import adamw, muon_and_adamw
 
 __all__ = [
     "Batch",
@@ -23,5 +24,6 @@ __all__ = [
     "ViewSource",
     "adamw",
     "frozen",
+    "muon_and_adamw",
     "train",
 ]

@@ -18,6 +18,7 @@ from torch import Tensor, nn
 
 from vision_s2r.errors import UserError
 from vision_s2r.files import whole
+from vision_s2r.training.released import resolve
 
 FORMAT = "vision-s2r/checkpoint/1"
 _FIELDS = ("configuration", "normalization", "training")
@@ -66,11 +67,12 @@ def save(path: Path, checkpoint: Checkpoint) -> None:
 
 
 def load(path: str | Path, kind: str) -> Checkpoint:
-    """Reads a released checkpoint of the given kind, tensors on the CPU.
+    """Reads a released checkpoint of the given kind, tensors on the CPU; `path`, or the name of one in the package.
 
-    Raises UserError for a missing file, one that is no safetensors file or none of ours, and another kind.
+    Raises UserError for a name that there is none of, a missing file, one that is no safetensors file or none of ours,
+    and another kind.
     """
-    path = Path(path)
+    path = resolve(path, kind)
     if not path.is_file():
         raise UserError(f"{path}: there is no such checkpoint: expected a {kind} (.safetensors)")
     try:

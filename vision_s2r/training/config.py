@@ -22,6 +22,11 @@ class TrainingConfig:
         "half a cosine.",
         above=0,
     )
+    muon: float = option(
+        0.0,
+        "Of Muon, at its highest, which then takes the kernels of residual blocks; 0: AdamW takes them.",
+        low=0,
+    )
     weight_decay: float = option(1e-4, "Decoupled weight decay (AdamW), of matrices and kernels.", low=0)
     warmup: float = option(0.03, "Part of the run over which the learning rate rises from 0.", low=0, below=1)
     clip: float = option(1.0, "Largest norm of a network's gradient; 0: any.", low=0)

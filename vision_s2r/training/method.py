@@ -11,7 +11,6 @@ from typing import Any, ClassVar, Protocol
 import torch
 from torch import Tensor, nn
 
-from vision_s2r.training.config import TrainingConfig
 from vision_s2r.training.data import Draw, ViewSource
 
 Batch = dict[str, Tensor]
@@ -74,22 +73,6 @@ class Method(ABC):
 
     def restore(self, state: dict[str, Any]) -> None:  # noqa: B027 (most remember nothing)
         """Go on where `state` was taken; called on every process of a run that is resumed."""
-
-
-def adamw(
-    network: nn.Module, cfg: TrainingConfig, learning_rate: float | None = None, momentum: float = 0.9
-) -> torch.optim.AdamW:
-    """AdamW as the configuration has it; weight decay on matrices and kernels, not on biases and norms.
-
-    `momentum`: of the gradient's mean; adversaries want less (Radford et al. 2016, arXiv:1511.06434: 0.5).
-    """
-    parameters = list(network.parameters())
-    groups = [
-        {"params": [p for p in parameters if p.ndim >= 2], "weight_decay": cfg.weight_decay},
-        {"params": [p for p in parameters if p.ndim < 2], "weight_decay": 0.0},
-    ]
-    rate = cfg.learning_rate if learning_rate is None else learning_rate
-    return torch.optim.AdamW([g for g in groups if g["params"]], lr=rate, betas=(momentum, 0.999))
 
 
 @contextmanager

@@ -26,7 +26,7 @@ from vision_s2r.training.loop import LAST
 from vision_s2r.translate import benchmark_report, speed
 from vision_s2r.translate.config import BenchmarkConfig, CameraAdrConfig, TranslateConfig, check
 from vision_s2r.translate.pix2pix import Pix2Pix
-from vision_s2r.translate.rcan import Rcan, check_views, depth_range
+from vision_s2r.translate.rcan import Rcan, check_views
 
 log = logging.getLogger(__name__)
 
@@ -121,13 +121,14 @@ def _ways(
     training = replace(cfg.training, max_steps=0, max_minutes=benchmark.minutes, validate_every=never)
     loss = replace(cfg.loss, adversarial=0.0)
     ours = replace(cfg, training=training, loss=loss, adr=CameraAdrConfig(), start="")
-    picture = replace(ours, loss=replace(loss, segmentation=0.0, depth=0.0, rectification=0.0))
+    alone = replace(loss, segmentation=0.0, depth=0.0, rectification=0.0)
+    picture = replace(ours, loss=alone, network=replace(cfg.network, composed=False))
     theirs = replace(picture, training=replace(training, learning_rate=benchmark.learning_rate))
-    rest = (camera, validation_camera, views.margin, depth_range(views))
+    rest = (camera, validation_camera, views)
     return {
         OURS: (ours, partial(Rcan, ours, *rest)),
         PICTURE: (picture, partial(Rcan, picture, *rest)),
-        REFERENCE: (theirs, partial(Pix2Pix, benchmark.width, views.size, theirs, *rest)),
+        REFERENCE: (theirs, partial(Pix2Pix, benchmark.width, theirs, *rest)),
     }
 
 

@@ -50,6 +50,10 @@ def show(found: dict[str, Any]) -> None:
     measured("inference, ms a picture", ".2f", "inference_milliseconds")
     measured("training, pictures/s: the network alone", ".1f", "step_pictures_per_second")
     measured("training, pictures/s: in the loop", ".1f", "loop_pictures_per_second")
+    done, fastest = "step_operations_per_second", "ceiling_operations_per_second"
+    row("GFLOP/s: the network alone", ".0f", (network[done] / 1e9 for network in networks.values()))
+    row("GFLOP/s: the fastest 3 x 3 convolution here", ".0f", (network[fastest] / 1e9 for network in networks.values()))
+    row("share of that, %", ".0f", (100 * network[done] / network[fastest] for network in networks.values()))
     for key in (error, "object_l1"):
         row(f"{key} after {found['minutes']:g} min", ".4f", (n["curve"][-1][key] for n in networks.values()))
     table.add_section()

@@ -79,11 +79,13 @@ class CameraAdrConfig:
 class TranslateConfig:
     """A translator: from any look of a scene to its canonical one, learnt from pairs."""
 
-    network: NetworkConfig = option(NetworkConfig, "The U-Net.")
+    network: NetworkConfig = option(NetworkConfig(composed=True), "The U-Net.")
     discriminator: DiscriminatorConfig = option(DiscriminatorConfig, "The patch discriminator.")
     loss: LossConfig = option(LossConfig, "The weight of each term of the loss.")
     training: TrainingConfig = option(
-        TrainingConfig(max_steps=20_000, batch_size=8, learning_rate=2e-3, metric="l1", precision="bf16-mixed"),
+        TrainingConfig(
+            max_steps=20_000, learning_rate=2e-3, muon=4e-3, metric="object_iou", mode="max", precision="bf16-mixed"
+        ),
         "The training loop; metrics: l1, object_l1, psnr, ssim, object_iou, depth_error, q_difference, auc.",
     )
     adr: CameraAdrConfig = option(CameraAdrConfig, "Automatic domain randomization of the camera that trains.")
@@ -95,7 +97,11 @@ class TranslateConfig:
     start: str = option(
         "", "A released checkpoint (best.safetensors) whose weights training begins with: fine-tuning. Empty: fresh."
     )
-    validate_on: str = option("real", "What the validation camera looks at.", choices=PICTURES)
+    validate_on: str = option(
+        "randomized",
+        "What the validation camera looks at. The real look is one that is tested: nothing is chosen by it.",
+        choices=PICTURES,
+    )
     pictures: int = option(6, "Validation scenes in the picture grid.", above=0)
 
 

@@ -4,11 +4,15 @@ Each metric is float [B, 2]: numerator and denominator, so that its value over a
 sums.
 """
 
+from collections.abc import Mapping
+
 import torch
 from kornia.metrics import ssim
 from torch import Tensor
+from torch.nn import functional as F
 
-from vision_s2r.translate.losses import SSIM_WINDOW
+from vision_s2r.scene import palette
+from vision_s2r.translate.losses import OBJECT, SSIM_WINDOW
 
 
 def picture_metrics(canonical: Tensor, target: Tensor, mask: Tensor) -> dict[str, Tensor]:
@@ -24,6 +28,14 @@ def picture_metrics(canonical: Tensor, target: Tensor, mask: Tensor) -> dict[str
         "ssim": ratio(ssim(canonical, target, SSIM_WINDOW).mean((1, 2, 3))),
         "object_l1": ratio((error * mask).sum((1, 2)), mask.sum((1, 2))),
     }
+
+
+def objects(output: Mapping[str, Tensor], canonical: Tensor) -> Tensor:
+    """Where a network sees objects, bool [B, H, W]: by its classes, or without them by the hue of its picture."""
+    if "segmentation" in output:
+        return output["segmentation"].argmax(1) == OBJECT
+    hues = F.normalize(torch.tensor(palette(), device=canonical.device), dim=1)
+    return torch.einsum("bchw,kc->bkhw", canonical, hues).argmax(1) == OBJECT
 
 
 def overlap(guess: Tensor, mask: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ from torch import Tensor
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
-from vision_s2r.networks.unet import POINTS
+from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, ViewSource
 from vision_s2r.translate.config import TranslateConfig
 

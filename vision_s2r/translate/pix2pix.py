@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from vision_s2r.camera import CameraConfig
-from vision_s2r.training import adamw
+from vision_s2r.training import ViewSource, adamw
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.rcan import Rcan
 
@@ -62,20 +62,18 @@ class Pix2Pix(Rcan):
     def __init__(
         self,
         width: int,
-        size: int,
         cfg: TranslateConfig,
         camera: CameraConfig,
         validation_camera: CameraConfig,
-        margin: int,
-        depth_range: tuple[float, float],
+        views: ViewSource,
     ):
-        """`width`: channels of the first level; `size`: side of the pictures, pixels; the rest as `Rcan`."""
-        super().__init__(cfg, camera, validation_camera, margin, depth_range)
-        unet = Pix2PixUNet(levels(size), width)
+        """`width`: channels of the first level; the rest as `Rcan`."""
+        super().__init__(cfg, camera, validation_camera, views)
+        unet = Pix2PixUNet(levels(views.size), width)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
         self.optimizers: dict[str, torch.optim.Optimizer] = {"unet": adamw(unet, cfg.training)}
-        reference: dict[str, Any] = {"levels": levels(size), "width": width}
+        reference: dict[str, Any] = {"levels": levels(views.size), "width": width}
         self.configuration["network"] = reference
 
 

@@ -12,14 +12,14 @@ from vision_s2r.camera import Camera, CameraConfig, CameraParameters
 from vision_s2r.errors import UserError
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import UNet
-from vision_s2r.scene import CLASSES
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, train
+from vision_s2r.scene import CLASSES, palette
+from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, muon_and_adamw, train
 from vision_s2r.training.data import require
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.adr import CameraAdr
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
 from vision_s2r.translate.discriminator import PatchDiscriminator
-from vision_s2r.translate.metrics import overlap, picture_metrics, ratio
+from vision_s2r.translate.metrics import objects, overlap, picture_metrics, ratio
 from vision_s2r.translate.pairs import LABELS, Pairs, needed
 from vision_s2r.translate.perceptual import QFeatures, Vgg
 from vision_s2r.translate.range_picture import draw
@@ -39,20 +39,19 @@ class Rcan(Method):
         cfg: TranslateConfig,
         camera: CameraConfig,
         validation_camera: CameraConfig,
-        margin: int,
-        depth_range: tuple[float, float],
+        views: ViewSource,
         adr: CameraAdr | None = None,
         judge: QFeatures | None = None,
     ):
-        """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
+        """`views`: to be trained on; their size, margin and range of depth are kept.
 
         `adr`: whose ranges take the place of the camera's. `judge`: a frozen policy that validation asks, and the
         perceptual loss.
         """
         self._adr, self._judge = adr, judge
         self._vgg = Vgg() if cfg.loss.vgg > 0 else None
-        self._cfg, self._depth_range = cfg, depth_range
-        self._pairs = Pairs(cfg, margin, depth_range, judged=judge is not None)
+        self._cfg, self._depth_range = cfg, depth_range(views)
+        self._pairs = Pairs(cfg, views.margin, self._depth_range, judged=judge is not None)
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
         unet = UNet(cfg.network, heads)
@@ -60,14 +59,14 @@ class Rcan(Method):
             checkpoint.load(cfg.start, self.kind).restore("unet", unet)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
-        self.optimizers = {"unet": adamw(unet, cfg.training)}
+        self.optimizers: dict[str, torch.optim.Optimizer] = {"unet": muon_and_adamw(unet, cfg.training)}
         if cfg.loss.adversarial > 0:
             discriminator = PatchDiscriminator(cfg.discriminator)
             self.networks["discriminator"] = discriminator
             self.optimizers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = _configuration(cfg) | {"heads": heads} | cameras
-        self.normalization = {"depth_range": list(depth_range)}
+        self.normalization = normalization(views.size, self._depth_range)
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
         return self._pairs.drawn(views, draw)
@@ -186,8 +185,7 @@ class Rcan(Method):
         canonical = output["canonical"].clamp(0, 1)
         mask = target["segmentation"] == losses.OBJECT
         found = picture_metrics(canonical, target["canonical"], mask)
-        if "segmentation" in output:
-            found["object_iou"] = overlap(output["segmentation"].argmax(1) == losses.OBJECT, mask)
+        found["object_iou"] = overlap(objects(output, canonical), mask)
         if "displacements" in target:
             off = rectification.error(output["displacements"], target["displacements"], canonical.shape[-1])
             found["rectification_error"] = ratio(off)
@@ -228,7 +226,7 @@ def train_translator(
         raise UserError(f"{cfg.q_function} judges pictures of {judge.size} px: the views have {views.size} px")
     check_views(cfg, views, validation, judged=judge is not None)
     adr = CameraAdr(cfg.adr, Camera.from_config(camera), validation, seed, out) if cfg.adr.limits else None
-    method = partial(Rcan, cfg, camera, validation_camera, views.margin, depth_range(views), adr, judge)
+    method = partial(Rcan, cfg, camera, validation_camera, views, adr, judge)
     return train(method, views, validation, cfg.training, out, seed).best
 
 
@@ -255,6 +253,11 @@ def depth_range(views: ViewSource) -> tuple[float, float]:
     if not near < far:
         raise UserError(f"training views are {near} m deep everywhere: expected scenes with depth")
     return near, far
+
+
+def normalization(size: int, depth_range: tuple[float, float]) -> dict[str, Any]:
+    """What a translator's checkpoint says of its pictures: side (px), nearest and farthest depth (m), colours."""
+    return {"size": size, "depth_range": list(depth_range), "palette": [list(colour) for colour in palette()]}
 
 
 def _configuration(cfg: TranslateConfig) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from vision_s2r.training import ViewSource
 from vision_s2r.training.data import VALIDATION, generator
-from vision_s2r.translate import losses
+from vision_s2r.translate import ceiling, losses
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.rcan import Rcan
 
@@ -22,6 +22,8 @@ def measure(
 ) -> dict[str, dict[str, float]]:
     """Of each network its parameters, `step_pictures_per_second`, `inference_pictures_per_second` and `…_milliseconds`.
 
+    And `step_operations` (a picture, of convolutions and matrix products), `step_operations_per_second`, and the
+    `ceiling_operations_per_second` of the machine (`vision_s2r.translate.ceiling`).
     A step is forward, losses, backward and update, as the loop does them. Inference is in full precision, as a released
     translator's. All have the batch size of their training and `seconds` in all, in turns; medians over rounds.
     """
@@ -31,18 +33,28 @@ def measure(
     for call in calls.values():
         call()  # what is made once, is
     share = seconds / 2 / ROUNDS
+    fastest = {name: _ceiling(cfg, seconds / 4) for name, (cfg, _) in trainings.items()}
     rounds = [{key: _per_second(call, share) for key, call in calls.items()} for _ in range(ROUNDS)]
     found: dict[str, dict[str, float]] = {}
     for name, (cfg, build) in trainings.items():
         batch = min(cfg.training.batch_size, len(views))
         step, inference = (batch * float(np.median([r[name, what] for r in rounds])) for what in ("step", "inference"))
+        count = ceiling.operations(calls[name, "step"]) / batch
         found[name] = {
             "parameters": sum(p.numel() for p in build().networks["unet"].parameters()),
             "step_pictures_per_second": step,
+            "step_operations": count,
+            "step_operations_per_second": count * step,
+            "ceiling_operations_per_second": fastest[name],
             "inference_pictures_per_second": inference,
             "inference_milliseconds": 1e3 / inference,
         }
     return found
+
+
+def _ceiling(cfg: TranslateConfig, seconds: float) -> float:
+    device = Fabric(accelerator=cfg.training.accelerator, devices=1).device
+    return ceiling.measure(cfg.training.precision, cfg.training.batch_size, device, seconds)
 
 
 def _calls(cfg: TranslateConfig, build: Callable[[], Rcan], views: ViewSource) -> dict[str, Callable[[], None]]:

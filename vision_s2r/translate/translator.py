@@ -8,6 +8,7 @@ from torch import Tensor
 from vision_s2r.errors import UserError
 from vision_s2r.images import to_float, to_uint8
 from vision_s2r.networks.unet import NetworkConfig, UNet
+from vision_s2r.scene import palette
 from vision_s2r.training import checkpoint
 
 CHUNK = 64  # pictures at a time
@@ -16,34 +17,39 @@ CHUNK = 64  # pictures at a time
 class Translator:
     """Pictures of a scene to its canonical view: `Translator.load(path)(images)`."""
 
-    def __init__(self, network: UNet, depth_range: tuple[float, float] | None):
-        """`depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1, if it gives any."""
+    def __init__(self, network: UNet, size: int, depth_range: tuple[float, float] | None):
+        """`size`: side of the pictures that it was trained on, px.
+
+        `depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1, if it gives any.
+        """
+        self.size = size
         self._network = network.eval().requires_grad_(False)
         self._depth_range = depth_range
 
     @classmethod
     def load(cls, path: str | Path, device: str | torch.device = "cpu") -> "Translator":
-        """The translator of a released checkpoint. Raises UserError where the file is none."""
+        """The translator of a released checkpoint: a file, or a name in the package such as "bin-64".
+
+        Raises UserError where it is none, or was trained for another canonical look.
+        """
         found = checkpoint.load(path, "translator")
         try:
             network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
+            size, colours = int(found.normalization["size"]), found.normalization["palette"]
             depth_range = tuple(found.normalization["depth_range"]) if "depth" in network.heads else None
         except (KeyError, TypeError, ValueError) as error:
             raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
+        if colours != [list(colour) for colour in palette()]:
+            raise UserError(f"{path}: its canonical colours are {colours}: expected those of this scene, {palette()}")
         found.restore("unet", network)
         network.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
-        return cls(network, depth_range)
-
-    @property
-    def stride(self) -> int:
-        """Pictures must be a multiple of it high and wide, pixels."""
-        return self._network.stride
+        return cls(network, size, depth_range)
 
     def __call__(self, images: Tensor) -> Tensor:
         """The canonical views of pictures, in their form and on their device.
 
         uint8 [B, H, W, 3] gives uint8 [B, H, W, 3]; float [B, 3, H, W] in [0, 1] gives float32 [B, 3, H, W] in
-        [0, 1]. Raises UserError for anything else, and where H or W is no multiple of `stride`.
+        [0, 1]; H and W are `size`. Raises UserError for anything else.
         """
         canonical = self.predict(images)["canonical"]
         return to_uint8(canonical) if images.dtype == torch.uint8 else canonical
@@ -82,6 +88,6 @@ class Translator:
             images = to_float(images)
         elif not (images.amin() >= 0 and images.amax() <= 1):
             raise UserError(f"{what} with values outside [0, 1]: expected [0, 1], or uint8 [B, H, W, 3]")
-        if any(side % self.stride for side in images.shape[-2:]):
-            raise UserError(f"{what}: expected height and width to be multiples of {self.stride}")
+        if images.shape[-2:] != (self.size, self.size):
+            raise UserError(f"{what}: expected {self.size} x {self.size} px, which it was trained on")
         return images.float()

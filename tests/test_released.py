@@ -1,0 +1,72 @@
+"""The weights that come with the package do what their cards say, on scenes of objects that no training saw."""
+
+from dataclasses import replace
+
+import pytest
+import torch
+
+from vision_s2r.cli import compose
+from vision_s2r.config import Config
+from vision_s2r.errors import UserError
+from vision_s2r.evaluate.rows import Loaders, load_rows
+from vision_s2r.grasp import GraspPolicy
+from vision_s2r.render import RenderConfig, Views, render
+from vision_s2r.scene import CLASSES, SceneConfig
+from vision_s2r.scene.config import ObjectsConfig
+from vision_s2r.training import released
+from vision_s2r.translate import Translator
+
+OBJECT = CLASSES.index("object")
+
+
+@pytest.fixture(scope="module")
+def views(tmp_path_factory):
+    cfg = RenderConfig(
+        out=str(tmp_path_factory.mktemp("scenes")), scenes=8, seed=77, views=1, real=True, grasps=0, workers=1
+    )
+    return Views.open(render(SceneConfig(objects=ObjectsConfig(split="test")), cfg))
+
+
+def test_they_are_small_and_described():
+    files = list(released.WEIGHTS.rglob("*.safetensors"))
+    assert sum(file.stat().st_size for file in files) < 20e6
+    assert len(files) == 4 and all(file.with_suffix(".md").is_file() for file in files)
+
+
+def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):
+    real = views.all("real")[:, 8:-8, 8:-8].contiguous()
+    found = Translator.load("bin-64").predict(real)
+    guess, truth = found["segmentation"].argmax(1) == OBJECT, views.all("segmentation") == OBJECT
+    assert float((guess & truth).sum() / (guess | truth).sum()) > 0.45
+    canonical = views.all("canonical").movedim(-1, 1) / 255
+    before = (real.movedim(-1, 1) / 255 - canonical).abs().mean()
+    assert float((found["canonical"] - canonical).abs().mean()) < 0.3 * float(before)
+
+
+def test_its_policies_aim_at_objects(views):
+    real, frames = views.all("real")[:, 8:-8, 8:-8].contiguous(), (views.all("intrinsics"), views.all("extrinsics"))
+    seeds = torch.arange(len(views))
+    seen = {
+        "bin-64": views.all("canonical"),
+        "bin-64-student": Translator.load("bin-64")(real),
+        "bin-64-randomized": real,
+    }
+    places = [torch.tensor([pose[:2] for pose in state.object_poses], dtype=torch.float32) for state in views.states()]
+    for name, pictures in seen.items():
+        grasps = GraspPolicy.load(name).act(pictures, *frames, seeds).actions
+        near = [
+            float((grasp[:2] - place).norm(dim=1).min()) < 0.045 for grasp, place in zip(grasps, places, strict=True)
+        ]
+        assert sum(near) >= 6, (name, near)
+
+
+def test_the_table_of_the_released_is_a_command_line():
+    cfg = compose(Config, overrides=["experiment=released", "data.test.seed=9", "data.test.scenes=7"])
+    assert cfg.data.test.out == cfg.evaluate.scenes and "seed-9-scenes-7" in cfg.data.test.out
+    rows = load_rows(cfg.evaluate, 64, Loaders())
+    assert set(rows) == {"oracle", "no_translation", "domain_randomization_student", "rcan", "rcan_student"}
+    with pytest.raises(UserError, match=r"trained on pictures of 64 px: the scenes have 128 px"):
+        load_rows(cfg.evaluate, 128, Loaders())
+    misnamed = replace(cfg.evaluate.rows["rcan"], translator=["bin-46"])
+    with pytest.raises(UserError, match=r"no released translator 'bin-46', did you mean 'bin-64'\?"):
+        load_rows(replace(cfg.evaluate, rows={"rcan": misnamed}), 64, Loaders())
