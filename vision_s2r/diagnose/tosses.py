@@ -34,8 +34,7 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
     tosses = read_contactnets(path, **BELIEVED)
     report = diagnose(split(tosses, FITTED), DiagnoseConfig()).to_dict()
     named = {
-        effect["name"]: {key: one["value"] for key, one in effect["parameters"].items()}
-        for effect in report["effects"]
+        effect["name"]: {key: one["value"] for key, one in effect["parameters"].items()} for effect in report["effects"]
     }
     held = split(tosses, HELD)
     rows: list[list[Any]] = []

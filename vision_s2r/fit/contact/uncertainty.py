@@ -48,7 +48,7 @@ def at_bound(fitter: Fitter, hypothesis: Hypothesis, name: str) -> bool:
 
 
 def spread(fitter: Fitter, hypothesis: Hypothesis, name: str) -> float:
-    """How much a parameter of this name differs between episodes, relative to itself; of its steadiest parameter."""
+    """How much a parameter of this name differs between episodes, relative to what it changes; of its steadiest one."""
     space, point, curvature, slope = fitter.derived(hypothesis)
     own = [k for k, owner in enumerate(space.owner[: len(space.coordinates)]) if owner == name]
     if not own:
@@ -58,7 +58,8 @@ def spread(fitter: Fitter, hypothesis: Hypothesis, name: str) -> float:
     weight = info / info.sum(axis=0)
     mean = (weight * step).sum(axis=0)
     variance = (weight * ((step - mean) ** 2 - 1 / info)).sum(axis=0)
-    size = np.array([1.0 if space.coordinates[k].log else abs(point[k]) for k in own])
+    plain = getattr(space.nominal, name) if name in COEFFICIENTS else 0.0
+    size = np.array([1.0 if space.coordinates[k].log else abs(point[k] - plain) for k in own])
     if len(own) > 1:
         size = np.full(len(own), size.max())
     return float(np.min(np.sqrt(np.maximum(variance, 0.0)) / np.maximum(size, 1e-300)))
