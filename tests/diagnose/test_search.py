@@ -10,12 +10,13 @@ from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.simulator import settle
 
 
 def diagnosed(y: np.ndarray, **case: Any) -> dict[str, Any]:
     it = Curves(y, **case)
     assessor = Assessor(it, SearchConfig(), jobs=2, seed=0)
-    return report(it, assessor, Search(it, assessor).run())
+    return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))
 
 
 def names(found: dict[str, Any]) -> set[str]:

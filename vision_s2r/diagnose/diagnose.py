@@ -13,11 +13,12 @@ import joblib
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.report import report
-from vision_s2r.diagnose.search import Found, Search
+from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.simulator import Settled, settle
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
-from vision_s2r.fit.case import Case
+from vision_s2r.fit.case import NOMINAL, Case
 from vision_s2r.lazy import load
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
@@ -37,14 +38,14 @@ class Diagnosis(GapReport):
 
     recording: Recording = field(repr=False)
     case: Case = field(repr=False)
-    found: Found = field(repr=False)
+    settled: Settled = field(repr=False)
 
     def plot(self) -> Figures:
         """Figures by caption: what it looks like, and where the gap lies before and after."""
+        simulator = self.settled.simulator
         with self.case.session():
-            before, after = (self.case.samples(each.hypothesis) for each in (self.found.nominal, self.found.final))
-        named = {name: self.found.final.hypothesis.values[name] for name in self.found.effects}
-        return figures(self.recording, named, before, after, self.case.unit)
+            before, after = (self.case.samples(each) for each in (NOMINAL, simulator.hypothesis))
+        return figures(self.recording, simulator.hypothesis.values, before, after, self.case.unit)
 
     def save(self, folder: Path | str) -> Path:
         """Write report.json, report.html and patch/ into a folder, whole or not at all; returns the page's path.
@@ -57,7 +58,8 @@ class Diagnosis(GapReport):
         try:
             write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
             write_html(report, self.plot(), making / "report.html")
-            write_patch(report, self.recording, making / "patch")
+            if self.settled.simulator.names:  # else the simulator stays as it came
+                write_patch(report, self.recording, making / "patch")
             shutil.rmtree(folder, ignore_errors=True)
             making.rename(folder)
         finally:
@@ -79,8 +81,22 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
-        found = Search(case, assessor).run()
-        return Diagnosis.of(report(case, assessor, found), recording=recording, case=case, found=found)
+        settled = settle(case, assessor, Search(case, assessor).run())
+        written = report(case, assessor, settled)
+    if isinstance(recording, JointRecording):
+        written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
+    return Diagnosis.of(written, recording=recording, case=case, settled=settled)
+
+
+def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled: Settled) -> dict[str, Any]:
+    """What a replay of this very recording needs to see it as the report did: held out."""
+    rows = case.rows(range(case.segments))
+    fold = {segment: k for k, held in enumerate(assessor.folds) for segment in held}
+    return {
+        "recording": load("vision_s2r.fit.joint.free_run:fingerprint")(recording),
+        "segments": [[recording.episodes[e], first, end, fold[k]] for k, (e, first, end) in enumerate(rows)],
+        "folds": [each.values for each in settled.simulator.folds],
+    }
 
 
 def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:

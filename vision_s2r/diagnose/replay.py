@@ -15,7 +15,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.contact.free_run import WINDOW, Run, windowed
-from vision_s2r.fit.joint.free_run import free_run, measured
+from vision_s2r.fit.joint.free_run import fingerprint, free_run, gap_errors, gap_metric, measured
 from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording, read
@@ -67,22 +67,40 @@ def _replay_into(folder: Path, out: Path, report: Mapping[str, Any], seed: int) 
     recording = read(folder, hold_out=False)
     if recording.kind != report["kind"]:
         raise UserError(f"{folder}: a recording of a {recording.kind}, but the report is of a {report['kind']}")
-    result = replay(recording, values(diagnosed(report)), out, seed)
+    result = replay(recording, values(diagnosed(report)), out, seed, report.get("held_out"))
     return write(out / "replay.json", json.dumps(result, indent=1, allow_nan=False) + "\n")
 
 
-def replay(recording: Recording, effects: Values, out: Path, seed: int = 0) -> dict[str, Any]:
-    """Write what the simulator makes of a recording without and with `effects`; returns what replay.json holds."""
+def replay(
+    recording: Recording, effects: Values, out: Path, seed: int = 0, held_out: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Write what the simulator makes of a recording without and with `effects`; returns what replay.json holds.
+
+    Of the joint's recording that the effects were found in, `held_out` of its report has parameters from parts of it:
+    each stretch is then run with those that have not seen it.
+    """
     result = {"format": FORMAT, "kind": recording.kind, "effects": effects}
     if isinstance(recording, JointRecording):
-        return result | _replay_joint(recording, effects, out)
+        same = held_out is not None and held_out["recording"] == fingerprint(recording)
+        return result | _replay_joint(recording, effects, out, held_out if same else None)
     if isinstance(recording, ContactRecording):
         return result | _replay_contact(recording, effects, out)
     return result | _replay_camera(recording, effects, out, seed)
 
 
-def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict[str, Any]:
+def _replay_joint(
+    recording: JointRecording, effects: Values, out: Path, held_out: Mapping[str, Any] | None
+) -> dict[str, Any]:
     real, before, after = measured(recording), free_run(recording, {}), free_run(recording, effects)
+    (metric, gap_unit), errors = gap_metric(recording), gap_errors(recording, after)
+    rows: list[tuple[int, int, int]] = []
+    if held_out:
+        runs = [free_run(recording, values) for values in held_out["folds"]]
+        of_runs = [gap_errors(recording, run) for run in runs]
+        stretches = [(recording.episodes.index(e), first, end, fold) for e, first, end, fold in held_out["segments"]]
+        for e, first, end, fold in stretches:
+            after[e, first:end], errors[e, first:end] = runs[fold][e, first:end], of_runs[fold][e, first:end]
+        rows = [(e, first, end) for e, first, end, _ in stretches]
     blocks = []
     for k, length in enumerate(recording.lengths):
         t = recording.time[k, :length]
@@ -100,8 +118,14 @@ def _replay_joint(recording: JointRecording, effects: Values, out: Path) -> dict
     }
     return {
         "described": "free run from each episode's first row"
-        + ("" if recording.velocity is not None else "; the velocity measured is the position's central difference"),
-        "gap": {"metric": "velocity_rmse", **gaps["velocity_rmse"]},
+        + ("" if recording.velocity is not None else "; the velocity measured is the slope of the positions")
+        + (", each stretch with parameters that have not seen it" if held_out else ""),
+        "gap": {
+            "metric": metric,
+            "unit": gap_unit,
+            "before": _root(gap_errors(recording, before), rows),
+            "after": _root(errors, rows),
+        },
         "gaps": gaps,
         "episodes": [
             {
@@ -138,6 +162,16 @@ def _replay_contact(recording: ContactRecording, effects: Values, out: Path) -> 
             for k, episode in enumerate(recording.episodes)
         ],
     }
+
+
+def _root(errors: np.ndarray, stretches: list[tuple[int, int, int]]) -> float:
+    """Root of the mean squared error [E, T]: of all rows, or over stretches (episode, first row, row behind the last).
+
+    A report counts each stretch the same.
+    """
+    if not stretches:
+        return float(np.sqrt(np.nanmean(errors)))
+    return float(np.sqrt(np.mean([float(np.nanmean(errors[e, first:end])) for e, first, end in stretches])))
 
 
 def _replay_camera(recording: CameraRecording, effects: Values, out: Path, seed: int) -> dict[str, Any]:

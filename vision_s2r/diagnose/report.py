@@ -7,42 +7,47 @@ import numpy as np
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
-from vision_s2r.diagnose.shares import measure, shapley
-from vision_s2r.fit.case import Case, Names
+from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, Simulator
+from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
 ALTERNATIVES = 3
+NEAR_FLOOR = 4.0  # times the floor that a gap may be which is explained
+MORE = "Record more of it: more episodes, and faster, slower and longer motion than these."
 
 
-def report(case: Case, assessor: Assessor, found: Found) -> dict[str, Any]:
+def report(case: Case, assessor: Assessor, settled: Settled) -> dict[str, Any]:
     """Everything that the diagnosis says, as plain data."""
-    gap = measure(case, assessor, found)
-    parts = shapley(case, assessor, found)
-    effects = [_effect(case, assessor, found, gap, name, parts[name]) for name in sorted(found.effects)]
+    found, simulator, gap = settled.found, settled.simulator, settled.gap
+    effects = [_effect(case, assessor, settled, name) for name in sorted(found.effects)]
     equivalent = _equivalent(case, assessor, found)
     not_excited = {name: why for name, why in case.not_excited.items() if name not in found.effects}
-    rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
+    said = verdict(assessor, settled)
     return {
         "format": FORMAT,
         "kind": case.kind,
-        "verdict": verdict(assessor, found),
+        "verdict": said,
         "gap": _gap(case, gap),
-        "sources": _sources(case, found, gap, parts),
+        "sources": _sources(case, settled),
         "where": where(case.samples(found.nominal.hypothesis), assessor.seed),
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
-        "candidates": _candidates(case, assessor, found, equivalent),
+        "refitted": [_refitted(case, simulator, name) for name in sorted(simulator.names - found.effects)],
+        "withheld": sorted(settled.harmful),
+        "candidates": _candidates(case, assessor, settled, equivalent, said),
         "alternatives": _alternatives(case, assessor, found),
-        "unexplained": _unexplained(case, assessor, found, gap, parts),
-        "next_experiment": case.experiment(rivals, sorted(not_excited)),
+        "unexplained": _unexplained(case, assessor, settled, said),
+        "next_experiment": _next(case, assessor, found, equivalent, sorted(not_excited), said),
     }
 
 
-def verdict(assessor: Assessor, found: Found) -> str:
+def verdict(assessor: Assessor, settled: Settled) -> str:
     """no_gap, explained, partly_explained or unexplained."""
+    found, gap = settled.found, settled.gap
     if found.effects:
-        return "explained" if found.adequate and not found.unknown else "partly_explained"
-    if found.unknown or not assessor.adequate(found.nominal):
+        near = gap.after.mean() <= NEAR_FLOOR**2 * gap.floor.mean()
+        return "explained" if found.adequate and not found.unknown and near else "partly_explained"
+    if found.unknown or settled.harmful or not assessor.adequate(found.nominal):
         return "unexplained"
     return "no_gap"
 
@@ -72,8 +77,9 @@ def _share(share: Share) -> dict[str, Any]:
     return {"share": share.value, "ci": list(share.ci)}
 
 
-def _sources(case: Case, found: Found, gap: Gap, parts: dict[str, np.ndarray]) -> list[dict[str, Any]]:
-    """The four sources' shares of the squared gap; what is known to be there but has no name belongs to none."""
+def _sources(case: Case, settled: Settled) -> list[dict[str, Any]]:
+    """The sources' shares of the squared gap; what is known to be there but has no name belongs to none."""
+    found, gap, parts = settled.found, settled.gap, settled.parts
     names = {case.library[name].source for name in found.effects}
     sources = []
     for source in sorted(names):
@@ -82,18 +88,31 @@ def _sources(case: Case, found: Found, gap: Gap, parts: dict[str, np.ndarray]) -
     return sorted(sources, key=lambda each: -each["share"])
 
 
-def _effect(case: Case, assessor: Assessor, found: Found, gap: Gap, name: str, part: np.ndarray) -> dict[str, Any]:
-    effect, values = case.library[name], found.final.hypothesis.values[name]
-    intervals = case.intervals(found.final.hypothesis)[name]
+def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict[str, Any]:
     return {
         "name": name,
-        "source": effect.source,
-        **_share(gap.share(part)),
-        "evidence": _evidence(case, assessor, found, name),
-        "parameters": {
-            p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
-            for p in effect.parameters
-        },
+        "source": case.library[name].source,
+        **_share(settled.gap.share(settled.parts[name])),
+        "evidence": _evidence(case, assessor, settled.found, name),
+        "parameters": _parameters(case, settled.simulator, name),
+    }
+
+
+def _refitted(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
+    """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
+    return {
+        "name": name,
+        "source": case.library[name].source,
+        "parameters": _parameters(case, simulator, name),
+    }
+
+
+def _parameters(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
+    values = simulator.hypothesis.values[name]
+    intervals = case.intervals(simulator.fitted)[name]
+    return {
+        p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
+        for p in case.library[name].parameters
     }
 
 
@@ -111,9 +130,15 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
     return sorted(close, key=lambda each: -each.score)
 
 
-def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment]) -> list[dict[str, Any]]:
-    """A line for every effect. What was never tried beside the diagnosis has the evidence of the cheap screen."""
-    final = found.final
+def _candidates(
+    case: Case, assessor: Assessor, settled: Settled, equivalent: list[Assessment], said: str
+) -> list[dict[str, Any]]:
+    """A line for every effect. What was never tried beside the diagnosis has the evidence of the cheap screen.
+
+    Where the gap is unexplained, an effect that would explain some of it alone is neither present nor ruled out.
+    """
+    found, final = settled.found, settled.found.final
+    undecided = _undecided(case, assessor, found) if said == "unexplained" else {}
     absent = [name for name in case.library if name not in final.names and name not in case.not_excited]
     untried = [name for name in absent if final.names | {name} not in assessor.assessed]
     screened = case.screen(final.hypothesis, untried)
@@ -124,6 +149,10 @@ def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[A
             line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
         elif name in case.not_excited:
             line |= {"status": "not_excited", "reason": case.not_excited[name]}
+        elif name in undecided:
+            line |= {"status": "undecided", "evidence": undecided[name]}
+        elif name in settled.slight:
+            line |= {"reason": f"it closes less than {LEAST_SHARE:.0%} of the gap"}
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
@@ -132,6 +161,33 @@ def _candidates(case: Case, assessor: Assessor, found: Found, equivalent: list[A
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
         lines.append(line)
     return lines
+
+
+def _undecided(case: Case, assessor: Assessor, found: Found) -> dict[str, float]:
+    """Effects that the recording does not rule out, and what each would gain beside refitted nominal parameters."""
+    names = [name for name in case.library if name not in case.not_excited]
+    base = found.refitted
+    gains = case.screen(base.hypothesis, [name for name in names if name not in base.names])
+    gains |= {name: assessor.gain(base, found.nominal).nats for name in names if name in base.names}
+    return {name: gain for name, gain in gains.items() if gain > assessor.cfg.evidence}
+
+
+def _next(
+    case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment], not_excited: list[str], said: str
+) -> str:
+    """The recording to make next; where the gap is unexplained, one that tells its likeliest explanations apart."""
+    rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
+    if said == "unexplained":
+        rivals += _likeliest(case, assessor, found)
+    return case.experiment(rivals, not_excited) or (MORE if said == "unexplained" else "")
+
+
+def _likeliest(case: Case, assessor: Assessor, found: Found) -> list[Hypothesis]:
+    """The best sets of effects that were tried, without discrepancy terms."""
+    discrepancies = frozenset(case.discrepancies)
+    plain = [each for each in assessor.assessed.values() if not each.names & discrepancies]
+    best = sorted((each for each in plain if each.names - case.refitted), key=lambda each: -each.score)
+    return [each.hypothesis for each in best[:ALTERNATIVES] if each.names != found.final.names]
 
 
 def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
@@ -160,18 +216,13 @@ def _alternatives(case: Case, assessor: Assessor, found: Found) -> list[dict[str
     ]
 
 
-def _unexplained(
-    case: Case, assessor: Assessor, found: Found, gap: Gap, parts: dict[str, np.ndarray]
-) -> dict[str, Any]:
-    """What no named effect explains: the rest over the floor, and what needed an unknown function."""
-    rest = gap.after - gap.floor + sum(parts[name] for name in found.unknown)
-    places = (
-        []
-        if verdict(assessor, found) in ("no_gap", "explained")
-        else where(case.samples(found.final.hypothesis), assessor.seed)
-    )
+def _unexplained(case: Case, assessor: Assessor, settled: Settled, said: str) -> dict[str, Any]:
+    """What the simulator leaves over the floor, where that lies, and which unknown function it needs."""
+    found, gap = settled.found, settled.gap
+    open_gap = said not in ("no_gap", "explained")
+    places = where(case.samples(settled.simulator.hypothesis), assessor.seed) if open_gap else []
     return {
-        **_share(gap.share(np.asarray(rest))),
+        **_share(gap.share(gap.after - gap.floor)),
         "where": places,
         "resembles": [case.discrepancies[name] for name in sorted(found.resembles)],
     }

@@ -5,41 +5,32 @@ import math
 
 import numpy as np
 
-from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.diagnose.search import Found
-from vision_s2r.fit.case import NOMINAL, Case, Hypothesis
-from vision_s2r.fit.gap import Gap
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 
 
-def measure(case: Case, assessor: Assessor, found: Found) -> Gap:
-    """The gap of a recording before and after."""
-    return Gap(
-        held_out(case, assessor, found.nominal),
-        held_out(case, assessor, found.refitted),
-        held_out(case, assessor, found.final),
-        case.floor(range(case.segments)),
-        assessor.seed,
-    )
-
-
-def held_out(case: Case, assessor: Assessor, assessment: Assessment) -> np.ndarray:
+def held_out(case: Case, assessor: Assessor, folds: tuple[Hypothesis, ...]) -> np.ndarray:
     """Mean squared error [segments], each segment under the fit that has not seen it."""
     error = np.empty(case.segments)
-    for held, hypothesis in zip(assessor.folds, assessment.folds, strict=True):
+    for held, hypothesis in zip(assessor.folds, folds, strict=True):
         error[list(held)] = case.error(hypothesis, held)
     return error
 
 
-def shapley(case: Case, assessor: Assessor, found: Found) -> dict[str, np.ndarray]:
+def shapley(case: Case, assessor: Assessor, of: Names, folds: tuple[Hypothesis, ...]) -> dict[str, np.ndarray]:
     """The part [segments] of the squared gap that each name closes: Shapley's value over the orders of adding them.
 
-    Parameters stay at the diagnosis; a set's worth is the fall of the error when it is switched on. With eight names
-    or more, names beyond the seven of most effect are added last.
+    Parameters stay those of the folds, which have the names `of`; a set's worth is the fall of the error when it is
+    switched on. With eight names or more, names beyond the seven of most effect are added last.
     """
-    names = sorted(found.final.names, key=lambda name: -_alone(case, assessor, found, name))
+
+    def left(names: Names) -> np.ndarray:
+        return held_out(case, assessor, tuple(reduced(fold, names, of) for fold in folds))
+
+    names = sorted(of, key=lambda name: float(left(frozenset({name})).mean()))
     players, last = names[:7], names[7:]
     worth = {
-        subset: held_out_of(case, assessor, found, frozenset(subset))
+        subset: left(frozenset(subset))
         for size in range(len(players) + 1)
         for subset in itertools.combinations(players, size)
     }
@@ -53,17 +44,9 @@ def shapley(case: Case, assessor: Assessor, found: Found) -> dict[str, np.ndarra
                 parts[name] += weight * (worth[subset] - worth[joined])
     on = frozenset(players)
     for name in last:
-        parts[name] = held_out_of(case, assessor, found, on) - held_out_of(case, assessor, found, on | {name})
+        parts[name] = left(on) - left(on | {name})
         on |= {name}
     return parts
-
-
-def held_out_of(case: Case, assessor: Assessor, found: Found, names: frozenset[str]) -> np.ndarray:
-    """Mean squared error [segments] with only these names of the diagnosis on, at the parameters of each fold."""
-    error = np.empty(case.segments)
-    for held, hypothesis in zip(assessor.folds, found.final.folds, strict=True):
-        error[list(held)] = case.error(reduced(hypothesis, names, found.final.names), held)
-    return error
 
 
 def reduced(hypothesis: Hypothesis, names: frozenset[str], of: frozenset[str]) -> Hypothesis:
@@ -73,7 +56,3 @@ def reduced(hypothesis: Hypothesis, names: frozenset[str], of: frozenset[str]) -
         return NOMINAL
     values = {name: value for name, value in hypothesis.values.items() if name not in off}
     return Hypothesis(values, {key: value for key, value in hypothesis.extra.items() if key not in off})
-
-
-def _alone(case: Case, assessor: Assessor, found: Found, name: str) -> float:
-    return -float(held_out_of(case, assessor, found, frozenset({name})).mean())

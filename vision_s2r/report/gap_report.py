@@ -78,14 +78,32 @@ class FoundEffect:
 
 
 @dataclass(frozen=True)
+class RefittedValue:
+    """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
+
+    name: str
+    source: str
+    parameters: dict[str, FoundParameter]
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """What a replay of the very recording needs to see it as the report did."""
+
+    recording: str  # its fingerprint
+    segments: tuple[tuple[int, int, int, int], ...]  # episode, first row, row behind the last, fold
+    folds: tuple[dict[str, dict[str, float]], ...]  # effects with their parameters, from all but each fold
+
+
+@dataclass(frozen=True)
 class Candidate:
     """What became of an effect that was asked about."""
 
     name: str
-    status: str  # present | absent | not_excited | confusable
+    status: str  # present | absent | not_excited | confusable | undecided
     evidence: float
     confusable_with: tuple[str, ...]
-    reason: str | None = None  # why it is not excited
+    reason: str | None = None  # why it is not excited, or not named
 
 
 @dataclass(frozen=True)
@@ -121,6 +139,10 @@ class GapReport:
     alternatives: tuple[Alternative, ...]
     unexplained: Unexplained
     next_experiment: str
+    refitted: tuple[RefittedValue, ...] = ()
+    withheld: tuple[str, ...] = ()  # effects that were found, and make held-out data worse
+    held_out: HeldOut | None = None  # of a joint
+    left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
 
     @classmethod
     def of(cls, data: Mapping[str, Any], **more: Any) -> Self:
@@ -129,7 +151,8 @@ class GapReport:
 
     def to_dict(self) -> dict[str, Any]:
         """What report.json holds."""
-        return {each.name: _plain(getattr(self, each.name)) for each in fields(GapReport)}
+        found = {each.name: _plain(getattr(self, each.name)) for each in fields(GapReport)}
+        return {name: each for name, each in found.items() if each is not None}
 
     def summary(self) -> str:
         """The verdict in sentences, and what to record next."""

@@ -58,10 +58,13 @@ def read_report(path: Path | str) -> dict[str, Any]:
 
 
 def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
-    """The effects that a report names. Raises UserError for names, values or a kind that cannot be."""
+    """The simulator of a report: the effects that it names, and nominal parameters that are refitted beside them.
+
+    Raises UserError for names, values or a kind that cannot be.
+    """
     effects = library(str(report.get("kind")))
     named: Diagnosed = {}
-    for each in _list(report, "effects"):
+    for each in [*_list(report, "effects"), *(_list(report, "refitted") if "refitted" in report else [])]:
         effect = effects[str(each.get("name"))]
         given = each.get("parameters")
         if not isinstance(given, Mapping) or not all(isinstance(one, Mapping) for one in given.values()):

@@ -1,12 +1,16 @@
 """Position servos: a perfect one has no gap, and what is added to it is named, at samples that jitter."""
 
+import json
+
 import numpy as np
 import pytest
 
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.replay import replay
 from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.recording import JointRecording
+from vision_s2r.report.reading import diagnosed, values
 
 NOMINAL = {
     "torque_constant": 1.0,
@@ -44,9 +48,16 @@ def test_a_perfect_servo_has_no_gap():
     assert report["gap"]["metric"] == "position_rmse" and report["gap"]["unit"] == "rad"
 
 
-def test_what_a_servo_lacks_is_named():
-    report = diagnose(a_servo(50.0, {"latency": {"delay": 0.013}}), DiagnoseConfig()).report
+def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_path):
+    recording = a_servo(50.0, {"latency": {"delay": 0.013}})
+    report = json.loads(json.dumps(diagnose(recording, DiagnoseConfig()).report))
     assert [effect["name"] for effect in report["effects"]] == ["latency"] and report["verdict"] == "explained"
     assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.013, rel=0.02)
     states = {line["name"]: line["status"] for line in report["candidates"]}
     assert states["torque_constant"] == "not_excited" and states["deadband"] != "not_excited"
+    again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])["gap"]
+    assert {key: report["gap"][key] for key in again} == again
+    rows = np.loadtxt(tmp_path / "replay.csv", delimiter=",", skiprows=1)
+    assert np.sqrt(np.mean((rows[:, 4] - rows[:, 2]) ** 2)) == pytest.approx(again["after"], rel=1e-3)
+    other = replay(a_servo(50.0, {}), values(diagnosed(report)), tmp_path, held_out=report["held_out"])
+    assert "not seen" not in other["described"] and other["gap"]["after"] > other["gap"]["before"]

@@ -13,6 +13,7 @@ from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.simulator import settle
 from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL
 from vision_s2r.fit.unpaired.case import UnpairedCase
@@ -29,7 +30,7 @@ def diagnosed(pictures: CameraRecording, without: Sequence[str] = ()) -> dict[st
     case = case_of(pictures, without)
     assessor = Assessor(case, LIMITS, 1, 0)
     with case.session():
-        return report(case, assessor, Search(case, assessor).run())
+        return report(case, assessor, settle(case, assessor, Search(case, assessor).run()))
 
 
 def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from vision_s2r.fit.joint.effect import JOINT_FITS, confusable
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.fitter import SCALE, Floor, JointFitter, names_of
+from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
@@ -23,7 +24,7 @@ from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.track import Track, fast_noise, led_by, make_track
 from vision_s2r.joint import DYNAMICS, SERVO, unit
-from vision_s2r.recording import JointRecording
+from vision_s2r.recording import JointRecording, split
 
 STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
 FINER = 4  # times the steps, for the integrator's own error
@@ -64,10 +65,7 @@ class JointCase:
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
         self.refitted = frozenset(self.refitted & self.library.keys())
-        length = "rad" if recording.units == "rotary" else "m"
-        self.metric, self.unit = "velocity_rmse", f"{length}/s"
-        if recording.servo:
-            self.metric, self.unit = "position_rmse", length
+        self.metric, self.unit = gap_metric(recording)
         self.described = self._describe()
         rounding = grid.resolution**2 / 12 if grid else 0.0
         known = grid is not None and "encoder_quantization" in library
@@ -215,8 +213,25 @@ class JointCase:
         return float((each if rare else plain)[inside].mean())
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
-        """Mean squared error [segments] of the velocity in free run."""
-        return self._gap.of_segments(self._gap.squared(hypothesis), segments)
+        """Mean squared error [segments] of the gap's metric in free run, of the effects alone: a replay's.
+
+        Discrepancy terms are no part of a simulator that somebody could use.
+        """
+        rows = self.rows(segments)
+        episodes = sorted({episode for episode, _, _ in rows})
+        some = split(self.recording, episodes)
+        errors = gap_errors(some, free_run(some, hypothesis.values))
+        return np.array([float(np.nanmean(errors[episodes.index(e), first:end])) for e, first, end in rows])
+
+    def rows(self, segments: Segments) -> list[tuple[int, int, int]]:
+        """Of each segment the episode, its first row and the row behind its last, in the recording."""
+        step = round(self.track.sample_time / self.recording.sample_time)
+        found = []
+        for k in segments:
+            episodes, at = np.nonzero(self.track.segment == k)
+            end = min(int(at[-1] + 1) * step, int(self.recording.lengths[episodes[0]]))
+            found.append((int(episodes[0]), int(at[0]) * step, end))
+        return found
 
     def floor(self, segments: Segments) -> np.ndarray:
         """That of the measurement's noise alone."""

@@ -3,7 +3,6 @@
 A position servo's is that of the position: positions are its task, and its speeds are mostly a filtered register.
 """
 
-from collections.abc import Iterable
 from itertools import pairwise
 
 import numpy as np
@@ -11,12 +10,12 @@ from scipy.signal import savgol_filter
 
 from vision_s2r.fit.case import Axis, Hypothesis, Samples
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
+from vision_s2r.fit.joint.free_run import REACH
 from vision_s2r.fit.joint.quantization import QuantizationGrid
 from vision_s2r.fit.joint.slopes import slopes
 
 REVERSAL = 0.1  # s to either side of a change of direction
 BINS = 5
-REACH = 2  # samples to either side that velocities are read off positions where none was measured
 
 
 class FreeRunGap:
@@ -37,20 +36,10 @@ class FreeRunGap:
         # Standard deviation that the encoder's steps add to a central difference of positions.
         self._rounding = grid.resolution / np.sqrt(24) / track.sample_time if grid and self._derived else 0.0
 
-    def squared(self, hypothesis: Hypothesis) -> np.ndarray:
-        """Squared error [E, T] of the velocity in free run, NaN beyond an episode's end."""
-        space = self._fitter.space(names_of(hypothesis))
-        point, episodes = space.start(hypothesis), range(len(self._track.lengths))
-        return self._squared(hypothesis, self._fitter.observer.free(space, point, episodes)[0])
-
     def _squared(self, hypothesis: Hypothesis, states: np.ndarray) -> np.ndarray:
         predicted = self._velocity(states[..., 0], None) if self._derived else states[..., 0 if self._position else 1]
         unpredicted = 0.0 if "encoder_quantization" in hypothesis.values else self._rounding
         return (self._measured - predicted) ** 2 + unpredicted**2
-
-    def of_segments(self, squared: np.ndarray, segments: Iterable[int]) -> np.ndarray:
-        """Mean [segments] of a quantity [E, T]."""
-        return np.array([float(np.nanmean(squared[self._track.segment == k])) for k in segments])
 
     def samples(self, hypothesis: Hypothesis, stretches: np.ndarray) -> Samples:
         """Errors of the observer's velocity, with the axes of this room; `stretches` [E, T] are taken as exchangeable.

@@ -130,7 +130,7 @@ class Track:
 
 def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
     """The track of a recording; its velocity is left out where it was derived from the encoder's positions."""
-    step = _thinning(recording)
+    step = thinning(recording)
     length = -(-recording.lengths // step)
     command = recording.command[:, ::step]
     if not recording.servo:
@@ -204,7 +204,8 @@ def _torque(nominal: Nominal, command: np.ndarray, scale: np.ndarray | None, obs
     return nominal.torque_constant * command * (1.0 if scale is None else scale)
 
 
-def _thinning(recording: JointRecording) -> int:
+def thinning(recording: JointRecording) -> int:
+    """How many samples a sample of the track is: long recordings of even samples are thinned out."""
     if recording.times is not None:
         return 1
     wanted = int(recording.lengths.sum()) // MOST_SAMPLES + 1

@@ -1,0 +1,85 @@
+"""What a diagnosis ends with: a simulator, which is what its report measures and its patch holds.
+
+It has the effects that are named and the nominal parameters that the data ask for, and no discrepancy terms, which
+nobody could take over. Where something unknown is beside it, either its parameters as they were found beside a
+discrepancy term, or identified once more without, are better on held-out data.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.search import Found
+from vision_s2r.diagnose.shares import held_out, reduced, shapley
+from vision_s2r.fit.case import Case, Hypothesis, Names
+from vision_s2r.fit.gap import Gap
+
+BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
+LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below
+
+
+@dataclass(frozen=True)
+class Simulator:
+    """Effects and nominal parameters with their values."""
+
+    names: Names  # what it has: named effects, and nominal parameters that are refitted beside them
+    hypothesis: Hypothesis  # from all segments
+    fitted: Hypothesis  # the fit that this is, with the discrepancy terms that it had
+    folds: tuple[Hypothesis, ...]  # from all segments but those of each fold
+    error: np.ndarray  # [segments] mean squared error, each segment under the fold that has not seen it
+
+
+@dataclass(frozen=True)
+class Settled:
+    """A search's end, and the simulator that comes of it."""
+
+    found: Found  # its effects are those that matter
+    simulator: Simulator
+    gap: Gap
+    parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name of the simulator closes
+    harmful: Names  # effects that would have been named, but make held-out data worse
+    slight: Names  # … and those that are there, but close next to nothing of the gap
+
+
+def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
+    """The simulator of a search's end, without names that do not matter or do harm."""
+    slight: Names = frozenset()
+    while True:
+        simulator = _simulator(case, assessor, found)
+        harmful = found.effects - simulator.names
+        found = replace(found, effects=found.effects - harmful)
+        refitted = held_out(case, assessor, found.refitted.folds)
+        before = held_out(case, assessor, found.nominal.folds)
+        gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
+        parts = shapley(case, assessor, simulator.names, simulator.folds)
+        weak = [name for name in sorted(found.effects) if gap.share(parts[name]).ci[0] < LEAST_SHARE]
+        if not weak:
+            return Settled(found, simulator, gap, parts, harmful, slight)
+        least = min(weak, key=lambda name: float(parts[name].sum()))
+        found = replace(found, effects=found.effects - {least})
+        if least not in case.refitted:  # a nominal parameter may stay as the data have it, without being named
+            slight |= {least}
+            found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
+
+
+def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
+    """The best of what the named effects make of the simulator; the simulator as it came where all are worse."""
+    nominal = _of(case, assessor, found.nominal, frozenset())
+    if not found.effects:
+        return nominal
+    kept = found.final.names - found.unknown
+    best = _of(case, assessor, found.final, kept)
+    if found.unknown:
+        for names in dict.fromkeys((kept, found.effects)):
+            other = _of(case, assessor, assessor.one(names, found.final.hypothesis), names)
+            if other.error.mean() < BETTER**2 * best.error.mean():
+                best = other
+    return best if best.error.mean() < nominal.error.mean() else nominal
+
+
+def _of(case: Case, assessor: Assessor, assessment: Assessment, names: Names) -> Simulator:
+    """The simulator of a fit, with only these of its names."""
+    alone = [reduced(each, names, assessment.names) for each in (assessment.hypothesis, *assessment.folds)]
+    error = held_out(case, assessor, tuple(alone[1:]))
+    return Simulator(names, alone[0], assessment.hypothesis, tuple(alone[1:]), error)
