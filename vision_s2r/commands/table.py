@@ -215,6 +215,19 @@ _ALL = (
         ),
     ),
     Command(
+        "import",
+        DIAGNOSIS,
+        "Logs of other projects (SAGE, BAM, LeRobot, any CSV) as recordings",
+        "vision_s2r.imports:import_all",
+        schema="vision_s2r.imports:ImportConfig",
+        config="import",
+        examples=(
+            ("source=sage path=DIR out=recordings/so101", "a recording a joint of a motion"),
+            ("path=log.csv '+columns={t: time, position: angle, target: goal}' drive=sts3215", "any table"),
+        ),
+        result="recording",
+    ),
+    Command(
         "identify",
         DYNAMICS,
         "The parameters of a joint from its recordings, the effects given",

@@ -5,7 +5,8 @@ what was left out, with a plot. A source is a module with `load(path, options)`,
 that is shared.
 """
 
+from vision_s2r.imports.config import ImportConfig, import_all
 from vision_s2r.imports.convert import SOURCES, Imported, import_recording
 from vision_s2r.imports.table import ImportOptions
 
-__all__ = ["SOURCES", "ImportOptions", "Imported", "import_recording"]
+__all__ = ["SOURCES", "ImportConfig", "ImportOptions", "Imported", "import_all", "import_recording"]
