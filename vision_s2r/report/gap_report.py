@@ -139,8 +139,8 @@ class GapReport:
     alternatives: tuple[Alternative, ...]
     unexplained: Unexplained
     next_experiment: str
-    refitted: tuple[RefittedValue, ...] = ()
-    withheld: tuple[str, ...] = ()  # effects that were found, and make held-out data worse
+    refitted: tuple[RefittedValue, ...] | None = None
+    withheld: tuple[str, ...] | None = None  # effects that were found, and make held-out data worse
     held_out: HeldOut | None = None  # of a joint
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
 

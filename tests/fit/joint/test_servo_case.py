@@ -43,14 +43,14 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4):
 
 
 def test_a_perfect_servo_has_no_gap():
-    report = diagnose(a_servo(25.0, {}), DiagnoseConfig()).report
+    report = diagnose(a_servo(25.0, {}), DiagnoseConfig()).to_dict()
     assert report["verdict"] == "no_gap" and not report["effects"]
     assert report["gap"]["metric"] == "position_rmse" and report["gap"]["unit"] == "rad"
 
 
 def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_path):
     recording = a_servo(50.0, {"latency": {"delay": 0.013}})
-    report = json.loads(json.dumps(diagnose(recording, DiagnoseConfig()).report))
+    report = json.loads(json.dumps(diagnose(recording, DiagnoseConfig()).to_dict()))
     assert [effect["name"] for effect in report["effects"]] == ["latency"] and report["verdict"] == "explained"
     assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.013, rel=0.02)
     states = {line["name"]: line["status"] for line in report["candidates"]}
