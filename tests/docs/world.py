@@ -16,7 +16,7 @@ from recordings import EXAMPLES
 from vision_s2r import cli
 from vision_s2r.camera import load_config
 from vision_s2r.commands.table import COMMANDS, FAMILIES
-from vision_s2r.config import Config
+from vision_s2r.config_reference import CONFIGURATIONS
 from vision_s2r.grasp import GraspConfig
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.paths import CONFIGS
@@ -44,7 +44,7 @@ def compose(words: list[str]) -> None:
     """Compose what `vision-s2r` is asked for. Raises UserError, or KeyError where there is no such command."""
     size = 2 if words[0] in FAMILIES else 1
     command = COMMANDS[" ".join(words[:size])]
-    schema, name = command.load()[1] or Config, command.config
+    schema, name = command.load()[1] or CONFIGURATIONS[command.config], command.config
     parsed = OverridesParser.create().parse_overrides(words[size:])
     groups = [each for each in parsed if (CONFIGS / str(each.key_or_group)).is_dir()]
     cfg = copy.deepcopy(_composed(schema, name, tuple(each.input_line for each in groups)))
