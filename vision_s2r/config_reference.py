@@ -24,6 +24,7 @@ from vision_s2r.diagnose.replay import ReplayConfig
 from vision_s2r.files import write
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.identify.config import IdentifyConfig
+from vision_s2r.imports.config import ImportConfig
 from vision_s2r.metrics.config import MetricsConfig
 from vision_s2r.options import declared
 from vision_s2r.paths import CONFIGS
@@ -35,6 +36,7 @@ CONFIGURATIONS: dict[str, type] = {
     "close_gap": CloseGapStudyConfig,
     "diagnose": DiagnoseConfig,
     "replay": ReplayConfig,
+    "import": ImportConfig,
     "identify": IdentifyConfig,
     "gapbench": GapbenchConfig,
     "metrics": MetricsConfig,

@@ -13,7 +13,7 @@ from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
 ALTERNATIVES = 3
-NEAR_FLOOR = 4.0  # times the floor that a gap may be which is explained
+NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
 MORE = "Record more of it: more episodes, and faster, slower and longer motion than these."
 
 
@@ -45,7 +45,7 @@ def verdict(assessor: Assessor, settled: Settled) -> str:
     """no_gap, explained, partly_explained or unexplained."""
     found, gap = settled.found, settled.gap
     if found.effects:
-        near = gap.after.mean() <= NEAR_FLOOR**2 * gap.floor.mean()
+        near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
         return "explained" if found.adequate and not found.unknown and near else "partly_explained"
     if found.unknown or settled.harmful or not assessor.adequate(found.nominal):
         return "unexplained"

@@ -4,18 +4,20 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from vision_s2r.options import option
+
 
 @dataclass
 class ImportOptions:
-    """What logs do not say. Keys of configs/import.yaml, where each is described."""
+    """What logs do not say."""
 
-    joint: str = ""  # the only one to import; all by default
-    drive: str = ""  # of DRIVES: what the simulator believes of the drive; the source's own by default
-    nominal: dict[str, float] = field(default_factory=dict)  # as in recording.yaml, over the drive's
-    control: dict[str, float] = field(default_factory=dict)  # as in recording.yaml, over the drive's
-    units: str = "rotary"  # or linear
-    columns: dict[str, str] = field(default_factory=dict)  # csv: our column -> theirs
-    scale: dict[str, float] = field(default_factory=dict)  # our column -> factor to SI units
+    joint: str = option("", "The one joint that is wanted, by its name in the log; all if empty.")
+    drive: str = option("", "What the simulator believes of the drive: sts3215, sts3250; the source's own if empty.")
+    nominal: dict[str, float] = option({}, "As in recording.yaml, over the drive's: +nominal={inertia: 0.03}.")
+    control: dict[str, float] = option({}, "The law of a position servo, likewise: +control={proportional: 12}.")
+    units: str = option("rotary", "Of the joint.", choices=("rotary", "linear"))
+    columns: dict[str, str] = option({}, "csv: what our columns are called there: +columns={t: time, position: angle}.")
+    scale: dict[str, float] = option({}, "Factors to SI units, by our columns: +scale={position: 0.01745}.")
 
 
 @dataclass(frozen=True)
