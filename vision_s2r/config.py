@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from hydra.core.config_store import ConfigStore
-from omegaconf import OmegaConf
 
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.camera.config import CameraConfig
@@ -76,5 +75,5 @@ class Config:
     finetune: FinetuneConfig = option(FinetuneConfig, "Few real grasps.")
 
 
-# Without types, as verbs have keys beside these; `compose` checks them afterwards.
-ConfigStore.instance().store("schema", node=OmegaConf.to_container(OmegaConf.structured(Config)))
+# Its parts with their types, its top open: verbs have keys beside these.
+ConfigStore.instance().store("schema", node=vars(Config()))

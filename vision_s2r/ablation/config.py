@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 from hydra.core.config_store import ConfigStore
-from omegaconf import OmegaConf
 
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
@@ -70,6 +69,4 @@ def selected(cfg: AblationConfig) -> dict[str, VariantConfig]:
     return {name: variant for name, variant in cfg.definitions.items() if name in wanted}
 
 
-ConfigStore.instance().store(
-    "ablation_schema", node={"ablation": OmegaConf.to_container(OmegaConf.structured(AblationConfig))}
-)
+ConfigStore.instance().store("ablation_schema", node={"ablation": AblationConfig()})

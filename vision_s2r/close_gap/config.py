@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
-from omegaconf import OmegaConf
 
 from vision_s2r.config import Config
 from vision_s2r.options import option
@@ -48,5 +47,5 @@ class CloseGapStudyConfig(Config):
 
 ConfigStore.instance().store(
     "close_gap_schema",
-    node={"recording": None, "close_gap": OmegaConf.to_container(OmegaConf.structured(CloseGapConfig))},
+    node={"recording": None, "close_gap": CloseGapConfig()},
 )

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
-from omegaconf import OmegaConf
 
 from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
@@ -236,5 +235,5 @@ def episode_samples(task: ControlTaskConfig) -> int:
     return task.targets * held_samples(task)
 
 
-# Without types, which OmegaConf would ask of a policy that the command line adds; `compose` checks them afterwards.
-ConfigStore.instance().store("control_schema", node=OmegaConf.to_container(OmegaConf.structured(ControlConfig)))
+# Its parts with their types, its top open: the command line may add policies.
+ConfigStore.instance().store("control_schema", node=vars(ControlConfig()))
