@@ -5,9 +5,7 @@ STAMP := $(VENV)/installed
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dynamics test test-all check lint dist docs docs-serve bench clean
-
-.PHONY: help setup demo dynamics test test-all check docs docs-serve emps bench clean
+.PHONY: help setup demo dynamics test test-all check lint dist docs docs-serve emps bench clean
 
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12

@@ -105,7 +105,7 @@ class Drawn(Given):
 
 
 class AdrRanges:
-    """Machines from ranges that adr by themselves.
+    """Machines from ranges that widen by themselves.
 
     `evaluate(policy, machines, seed)` says how many targets a policy reaches on each of the machines [N]; after every
     `every` updates, up to the `last`, it is asked about `count` draws, half of them at a boundary. `history` has a line
