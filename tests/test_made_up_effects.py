@@ -82,7 +82,7 @@ def try_amp_glow(out: Path) -> None:
     assert 0.1 <= strength.min() < strength.max() <= 0.5
     assert (glowing(pictures, drawn) - pictures)[:, :, :8, :8].mean() > 0.05
 
-    report = diagnose(recorded(amp_glow={"strength": 0.3}), DiagnoseConfig()).report
+    report = diagnose(recorded(amp_glow={"strength": 0.3}), DiagnoseConfig()).to_dict()
     (named,) = report["effects"]
     assert report["verdict"] == "explained" and named["name"] == "amp_glow"
     assert named["parameters"]["strength"]["value"] == pytest.approx(0.3, rel=0.03)

@@ -80,7 +80,7 @@ def test_the_loop_may_be_slow_and_noisy():
 
 
 def test_the_python_loop_of_the_benchmark_turns_the_same_joint():
-    loop, ours = benchmark.Loop(ControlTaskConfig()), environment(count=1)
+    loop, ours = benchmark.OneJointEnv(ControlTaskConfig()), environment(count=1)
     loop.reset(seed=0)
     loop.damping, loop.friction = NOMINAL.viscous_damping, NOMINAL.coulomb_friction
     ours.reset(options={"targets": loop.targets[None]})

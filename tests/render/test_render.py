@@ -155,7 +155,7 @@ def test_bad_values_are_one_clear_line(config, tmp_path, change, message):
 
 
 def test_missing_and_foreign_manifests(tmp_path):
-    with pytest.raises(UserError, match=r"render\.py wrote"):
+    with pytest.raises(UserError, match=r"vision-s2r render` wrote"):
         Views.open(tmp_path)
     (tmp_path / "manifest.json").write_text("[]")
     with pytest.raises(UserError, match="expected format"):

@@ -16,7 +16,8 @@ from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
-LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below
+LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
+LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by the draw of episodes alone
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
         parts = shapley(case, assessor, simulator.names, simulator.folds)
-        weak = [name for name in sorted(found.effects) if gap.share(parts[name]).ci[0] < LEAST_SHARE]
+        shares = {name: gap.share(parts[name]) for name in sorted(found.effects)}
+        weak = [name for name, share in shares.items() if share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE]
         if not weak:
             return Settled(found, simulator, gap, parts, harmful, slight)
         least = min(weak, key=lambda name: float(parts[name].sum()))

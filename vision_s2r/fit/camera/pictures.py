@@ -9,6 +9,7 @@ import torch.nn.functional as F
 from scipy.stats import wasserstein_distance
 
 from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
 from vision_s2r.fit.camera.effect import of_stage
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording

@@ -134,7 +134,7 @@ def test_limits_that_cannot_be_are_named(tmp_path: Path, limits: dict[str, Any],
 
 
 def test_the_preset_widens_every_parameter_that_switches_an_effect_beyond_the_hand_picked_range() -> None:
-    file = OmegaConf.load(CONFIGS / "translate" / "automatic.yaml")
+    file = OmegaConf.load(CONFIGS / "translate" / "adr.yaml")
     camera = Camera.from_config(load_config(CONFIGS / "camera" / "augment.yaml"))
     found = camera_dimensions(OmegaConf.to_container(file.adr.limits), camera)
     switches = {(e.name, p.name) for e in CAMERA_EFFECTS for p in e.parameters if p.neutral is not None}
