@@ -13,11 +13,13 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.shares import held_out, reduced, shapley
 from vision_s2r.fit.case import Case, Hypothesis, Names
-from vision_s2r.fit.gap import Gap
+from vision_s2r.fit.gap import Gap, Share
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
-LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by the draw of episodes alone
+LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone
+    0.05  # … unless its share is this large: one that few episodes show reaches 0 by the draw of episodes alone
+)
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,11 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
         parts = shapley(case, assessor, simulator.names, simulator.folds)
-        shares = {name: gap.share(parts[name]) for name in sorted(found.effects)}
-        weak = [name for name, share in shares.items() if share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE]
+        weak = [
+            name
+            for name in sorted(found.effects)
+            if _slight(gap.share(parts[name])) and _slight(gap.share(_beside(case, assessor, simulator, name)))
+        ]
         if not weak:
             return Settled(found, simulator, gap, parts, harmful, slight)
         least = min(weak, key=lambda name: float(parts[name].sum()))
@@ -63,6 +68,20 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         if least not in case.refitted:  # a nominal parameter may stay as the data have it, without being named
             slight |= {least}
             found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
+
+
+def _slight(share: Share) -> bool:
+    return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
+
+
+def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> np.ndarray:
+    """The part [segments] of the squared gap that a name closes beside all others.
+
+    Shapley's value may be nothing, or less, where an effect helps in the company of another only: blur beside noise.
+    """
+    others = simulator.names - {name}
+    without = tuple(reduced(fold, others, simulator.names) for fold in simulator.folds)
+    return held_out(case, assessor, without) - simulator.error
 
 
 def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
