@@ -18,8 +18,6 @@ from vision_s2r.fit.gap import Gap, Share
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone
-    0.05  # … unless its share is this large: one that few episodes show reaches 0 by the draw of episodes alone
-)
 
 
 @dataclass(frozen=True)
