@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vision_s2r.contact import Nominal, Shape, box, pack, simulate
-from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
+from vision_s2r.errors import UserError
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read
 
 DATA = Path(__file__).resolve().parent / "data"
 EXAMPLES = DATA / "examples"  # recordings made by another engine and other image code, with answer.json
@@ -94,3 +95,19 @@ def a_contact(velocities: bool = True, samples: int = 60, shape: Shape | None = 
         lengths=np.full(4, samples),
         episodes=(0, 1, 2, 3),
     )
+
+
+def edit(path, *changes):
+    """Replace texts of a file that it must have."""
+    text = path.read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path.write_text(text)
+
+
+def refused(folder, message, **keys):
+    """A recording is refused in one line that matches."""
+    with pytest.raises(UserError, match=message) as caught:
+        read(folder, **keys)
+    assert "\n" not in str(caught.value)

@@ -3,16 +3,9 @@
 import cv2
 import numpy as np
 import pytest
-from recordings import a_camera
+from recordings import a_camera, refused
 
-from vision_s2r.errors import UserError
 from vision_s2r.recording import read, split, write
-
-
-def refused(folder, message, **keys):
-    with pytest.raises(UserError, match=message) as caught:
-        read(folder, **keys)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("bits", [8, 16])

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recordings import a_contact
+from recordings import a_contact, edit, refused
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import cylinder, mesh, sphere
@@ -20,20 +20,6 @@ TETRAHEDRON = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4
 @pytest.fixture
 def contact_folder(tmp_path):
     return write(a_contact(), tmp_path / "contact")
-
-
-def edit(path, *changes):
-    text = path.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path.write_text(text)
-
-
-def refused(folder, message, **keys):
-    with pytest.raises(UserError, match=message) as caught:
-        read(folder, **keys)
-    assert "\n" not in str(caught.value)
 
 
 def test_it_comes_back_as_it_was_written(tmp_path):

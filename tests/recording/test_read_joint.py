@@ -5,24 +5,9 @@ import time
 
 import numpy as np
 import pytest
-from recordings import a_joint
+from recordings import a_joint, edit, refused
 
-from vision_s2r.errors import UserError
 from vision_s2r.recording import read, split, write
-
-
-def edit(path, *changes):
-    text = path.read_text()
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new, 1)
-    path.write_text(text)
-
-
-def refused(folder, message, **keys):
-    with pytest.raises(UserError, match=message) as caught:
-        read(folder, **keys)
-    assert "\n" not in str(caught.value)
 
 
 def test_it_comes_back_as_it_was_written(tmp_path):

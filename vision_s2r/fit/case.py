@@ -1,6 +1,6 @@
 """What the diagnosis needs to know of a recording beside its simulator, whatever its kind."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Protocol
@@ -22,6 +22,11 @@ class Hypothesis:
     # What the case fits besides, its own affair: a noise level, an interpolation kernel, coefficients of discrepancies.
     # A discrepancy that is on has a key of its name here.
     extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def only(self, names: Iterable[str]) -> "Hypothesis":
+        """The hypothesis with what it has of these names, and nothing else."""
+        kept = {name: value for name, value in self.values.items() if name in names}
+        return Hypothesis(kept, {key: value for key, value in self.extra.items() if key in names})
 
 
 NOMINAL = Hypothesis()  # the simulator as it came

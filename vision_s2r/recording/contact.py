@@ -21,7 +21,7 @@ COLUMNS = ("episode", "t", *POSE, *VELOCITIES)
 
 SMALLEST, LARGEST = 1e-4, 100.0  # m, of a body
 UNIT = 0.02  # by which the norm of a quaternion may differ from 1
-STEP_TOLERANCE, RATE_TOLERANCE = 0.1, 0.01  # of the sample time: one step's, and that of the mean step
+STEP_TOLERANCE = 0.1  # of the sample time: one step's
 LEAST_EPISODE, LEAST_TOSSES = 10, 4  # rows of an episode, and episodes, to hold some of them out
 
 
@@ -99,14 +99,7 @@ def _check_quaternions(columns: Mapping[str, np.ndarray], lines: np.ndarray, pat
 
 
 def _check_time(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> None:
-    steps = np.diff(t)
-    backward = np.flatnonzero(steps <= 0)
-    if len(backward):
-        k = backward[0]
-        how = "stands still" if steps[k] == 0 else "goes backward"
-        raise UserError(f"{path}, line {lines[k + 1]}: time {how}, from {t[k]:g} to {t[k + 1]:g} s")
-    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE and np.ptp(steps) < 0.1 * steps.mean():
-        raise UserError(f"{path}, line {lines[0]}: rows every {steps.mean():g} s, but sample_time is {sample_time:g} s")
+    steps = table.time_steps(t, lines, sample_time, path)
     uneven = np.flatnonzero(np.abs(steps / sample_time - 1) > STEP_TOLERANCE)
     if len(uneven):
         k = uneven[0]

@@ -10,7 +10,7 @@ import numpy as np
 from vision_s2r.errors import UserError, check_keys, nearest
 from vision_s2r.recording import header, motion, plausible, table
 from vision_s2r.recording.data import JointRecording
-from vision_s2r.recording.table import LARGEST_VALUE
+from vision_s2r.recording.table import LARGEST_VALUE, RATE_TOLERANCE
 
 KEYS = ("format", "kind", "sample_time", "nominal", "units", "control")
 # Of the nominal simulator J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0: the least value of each, and whether
@@ -35,7 +35,7 @@ COMMANDS = {
 COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity", "external", "enabled", "supply")
 MEANT = {"goal": "target", "goal_position": "target", "command": "target", "voltage": "supply", "time": "t"}
 
-RATE_TOLERANCE = 0.01  # of the sample time; steps that keep to it are even
+
 MOST_UNEVEN = 2.0  # a factor between sample_time and the median step of uneven samples
 LONGEST_GAP = 60.0  # s without a row in an episode
 HIGHEST_SUPPLY = 4.0  # a factor; beyond it, it is volts
@@ -153,14 +153,7 @@ def _expected_command(units: str) -> str:
 
 def _steps(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> np.ndarray:
     """The steps (s) of an episode; UserError where time does not go on, or at another rate than it is said to."""
-    steps = np.diff(t)
-    backward = np.flatnonzero(steps <= 0)
-    if len(backward):
-        k = backward[0]
-        how = "stands still" if steps[k] == 0 else "goes backward"
-        raise UserError(f"{path}, line {lines[k + 1]}: time {how}, from {t[k]:g} to {t[k + 1]:g} s")
-    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE and np.ptp(steps) < 0.1 * steps.mean():
-        raise UserError(f"{path}, line {lines[0]}: rows every {steps.mean():g} s, but sample_time is {sample_time:g} s")
+    steps = table.time_steps(t, lines, sample_time, path)
     gap = np.flatnonzero(steps > LONGEST_GAP)
     if len(gap):
         k = gap[0]

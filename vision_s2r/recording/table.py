@@ -9,6 +9,7 @@ import numpy as np
 from vision_s2r.errors import UserError
 
 LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
+RATE_TOLERANCE = 0.01  # of the sample time, for the mean step; steps that keep to it are even
 
 
 def columns(path: Path, check_names: Callable[[list[str], Path], None]) -> tuple[dict[str, np.ndarray], np.ndarray]:
@@ -80,3 +81,16 @@ def _table(body: str, rows: list[str], width: int, path: Path) -> np.ndarray:
                 shown = "".join(letter for letter in cell if letter.isprintable())[:40]
                 raise UserError(f"{path}, line {line}: '{shown}' is not a number") from None
     raise UserError(f"{path}: is not a table of numbers")
+
+
+def time_steps(t: np.ndarray, lines: np.ndarray, sample_time: float, path: Path) -> np.ndarray:
+    """The steps (s) of an episode; UserError where time does not go on, or at another rate than it is said to."""
+    steps = np.diff(t)
+    backward = np.flatnonzero(steps <= 0)
+    if len(backward):
+        k = backward[0]
+        how = "stands still" if steps[k] == 0 else "goes backward"
+        raise UserError(f"{path}, line {lines[k + 1]}: time {how}, from {t[k]:g} to {t[k + 1]:g} s")
+    if len(steps) and abs(steps.mean() / sample_time - 1) > RATE_TOLERANCE and np.ptp(steps) < 0.1 * steps.mean():
+        raise UserError(f"{path}, line {lines[0]}: rows every {steps.mean():g} s, but sample_time is {sample_time:g} s")
+    return steps

@@ -23,7 +23,7 @@ def measure(precision: str, batch: int, device: torch.device, seconds: float) ->
     for channels, side in SHAPES:
         call = _convolution(channels, side, batch, kind, device)
         call()
-        rates += [operations(call) * _per_second(call, seconds / ROUNDS / len(SHAPES)) for _ in range(ROUNDS)]
+        rates += [operations(call) * per_second(call, seconds / ROUNDS / len(SHAPES)) for _ in range(ROUNDS)]
     return max(rates)
 
 
@@ -50,7 +50,8 @@ def _convolution(channels: int, side: int, batch: int, kind: torch.dtype, device
     return call
 
 
-def _per_second(call: Callable[[], None], seconds: float) -> float:
+def per_second(call: Callable[[], None], seconds: float) -> float:
+    """Calls a second, over at least one call and `seconds`."""
     start, count = time.perf_counter(), 0
     while count == 0 or time.perf_counter() - start < seconds:
         call()

@@ -1,6 +1,5 @@
 """How many pictures a second a translator's network trains on and translates, alone: the batch lies ready."""
 
-import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -34,7 +33,7 @@ def measure(
         call()  # what is made once, is
     share = seconds / 2 / ROUNDS
     fastest = {name: _ceiling(cfg, seconds / 4) for name, (cfg, _) in trainings.items()}
-    rounds = [{key: _per_second(call, share) for key, call in calls.items()} for _ in range(ROUNDS)]
+    rounds = [{key: ceiling.per_second(call, share) for key, call in calls.items()} for _ in range(ROUNDS)]
     found: dict[str, dict[str, float]] = {}
     for name, (cfg, build) in trainings.items():
         batch = min(cfg.training.batch_size, len(views))
@@ -90,11 +89,3 @@ def _wait(tensor: Tensor) -> None:
     """Until the device has done what it was told."""
     if tensor.is_cuda:
         torch.cuda.synchronize(tensor.device)
-
-
-def _per_second(call: Callable[[], None], seconds: float) -> float:
-    start, count = time.perf_counter(), 0
-    while count == 0 or time.perf_counter() - start < seconds:
-        call()
-        count += 1
-    return count / (time.perf_counter() - start)

@@ -53,7 +53,7 @@ class Fitter:
         if names and names == names_of(start) and len(segments) < self.segments:
             return self._shifted(start, segments, data)
         known = names & (names_of(start) | set(COEFFICIENTS))
-        fitted, missing = _restricted(start, known), set(names - known)
+        fitted, missing = start.only(known), set(names - known)
         if not missing or known != names_of(start):
             space = self.space(known)
             fitted = self._finish(space, data, space.start(fitted))
@@ -153,9 +153,3 @@ class Fitter:
 def names_of(hypothesis: Hypothesis) -> Names:
     """Effects and terms of a hypothesis."""
     return frozenset(hypothesis.values) | (frozenset(hypothesis.extra) & frozenset(MEANINGS))
-
-
-def _restricted(hypothesis: Hypothesis, names: Iterable[str]) -> Hypothesis:
-    """The hypothesis with only these names."""
-    kept = {name: value for name, value in hypothesis.values.items() if name in names}
-    return Hypothesis(kept, {key: value for key, value in hypothesis.extra.items() if key in names})

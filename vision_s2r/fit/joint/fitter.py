@@ -57,7 +57,7 @@ class JointFitter:
         if names and names == names_of(start) and len(segments) < self.track.count:
             return self._shifted(start, segments, data)
         known = names & (names_of(start) | set(DYNAMICS) | {"encoder_quantization"})
-        fitted, missing = _restricted(start, known), set(names - known)
+        fitted, missing = start.only(known), set(names - known)
         if not missing or known != names_of(start):
             fitted = self._refine(known, data, fitted, 10)
         while missing:
@@ -208,9 +208,3 @@ class JointFitter:
 def names_of(hypothesis: Hypothesis) -> Names:
     """Effects and discrepancies of a hypothesis."""
     return frozenset(hypothesis.values) | (frozenset(hypothesis.extra) & frozenset(DISCREPANCIES))
-
-
-def _restricted(hypothesis: Hypothesis, names: Iterable[str]) -> Hypothesis:
-    """The hypothesis with only these names; of the dynamics, and the encoder's steps, also those that it has not."""
-    kept = {name: value for name, value in hypothesis.values.items() if name in names}
-    return Hypothesis(kept, {key: value for key, value in hypothesis.extra.items() if key in names})
