@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import Nominal, box, pack, simulate
 from vision_s2r.contact.benchmark import toss
@@ -12,17 +13,13 @@ from vision_s2r.recording import read
 CUBE = box((0.05, 0.05, 0.05))
 
 
-# In touch with several points, each integrator shares these torques out in its own way: 7 to 9 mm apart after 0.3 s.
-APART = pytest.mark.xfail(strict=True, reason="rolling and spinning friction of an impact at several points differ")
-
-
 @pytest.mark.parametrize(
     ("fields", "effects"),
     [
         ({}, {}),
         ({"friction": 0.15}, {"lateral_friction": {"value": 0.15}}),
-        pytest.param({"spinning": 0.02}, {"spinning_friction": {"value": 0.02}}, marks=APART),
-        pytest.param({"rolling": 0.01}, {"rolling_friction": {"value": 0.01}}, marks=APART),
+        ({"spinning": 0.02}, {"spinning_friction": {"value": 0.02}}),
+        ({"rolling": 0.01}, {"rolling_friction": {"value": 0.01}}),
         ({"center_x": 0.006, "center_z": -0.005}, {"center_of_mass": {"x": 0.006, "y": 0.0, "z": -0.005}}),
         ({"roll": 0.05, "pitch": -0.03}, {"support_tilt": {"roll": 0.05, "pitch": -0.03}}),
         ({"stiffness": 1e4, "damping": 8.0}, {"contact_compliance": {"stiffness": 1e4, "damping": 8.0}}),
@@ -37,6 +34,20 @@ def test_two_integrators_that_share_no_code_move_bodies_alike(fields, effects):
     bare = simulate(pack(Nominal(0.37, 0.4, 0.2), {})[None], CUBE, first, samples, step, substeps=20)[0]
     error, without = (np.median(np.linalg.norm((x - theirs)[:, -1, :3], axis=-1)) for x in (ours, bare))
     assert error < 2e-3 and (not effects or without > 1.5 * error)
+
+
+def test_torques_of_an_impact_leave_newtons_law_at_the_point_that_hits():
+    attitude = Rotation.from_euler("xyz", (0.5, 0.4, 0.3))
+    lowest = min(attitude.apply(CUBE.points), key=lambda point: point[2])
+    first = np.concatenate([[0, 0, 5e-5 - lowest[2]], attitude.as_quat(), [0.6, -0.3, -1.5], [4, -3, 5]])
+    effects = {"rolling_friction": {"value": 0.01}, "spinning_friction": {"value": 0.01}}
+    body = Body(0.37, 0.4, 0.2, 1e-9, rolling=0.01, spinning=0.01)
+    theirs = move(body, CUBE.points, 0.0, CUBE.inertia, first, 4, FINE, FINE)[-1]
+    ours = simulate(pack(Nominal(0.37, 0.4, 0.2, 1e-9), effects)[None], CUBE, first[None], 4, FINE)[0, 0, -1]
+    approach = (first[7:10] + np.cross(first[10:], lowest))[2]
+    for after in (ours, theirs):
+        assert (after[7:10] + np.cross(after[10:], lowest))[2] == pytest.approx(-0.2 * approach, rel=0.03)
+    assert ours[7:] == pytest.approx(theirs[7:], abs=0.15)
 
 
 def test_a_sealed_recording_is_read_and_drawn_again_the_same(tmp_path):

@@ -2,7 +2,9 @@
 
 Semi-implicit Euler at a tenth of a millisecond; the impulses of all points that touch are found together, on the matrix
 of what each of their impulses does to each of their velocities (Delassus), by gradient steps with momentum that are
-projected on the friction cones (Nesterov 1983). A point that arrives within a step is taken where it is.
+projected on the friction cones (Nesterov 1983); torques against rolling and spinning are rows of that matrix beside
+the points', so that what they take leaves each point's law of impact intact. A point that arrives within a step is
+taken where it is.
 """
 
 import math
@@ -115,31 +117,50 @@ def _forces(body: Body, position: np.ndarray, velocity: np.ndarray, lowest: floa
 
 
 @numba.njit(cache=True, nogil=True)
-def _impulses(delassus: np.ndarray, free: np.ndarray, target: np.ndarray, friction: np.ndarray) -> np.ndarray:
-    """Impulses [3·n] so that normal velocities reach their targets, or are above without impulse; in friction cones."""
-    count = len(target)
+def _shorten(values: np.ndarray, at: int, most: float) -> None:
+    """Two neighbours, a vector in the plane, to no more than this length."""
+    size = math.sqrt(values[at] ** 2 + values[at + 1] ** 2)
+    if size > most:
+        values[at] *= most / size
+        values[at + 1] *= most / size
+
+
+@numba.njit(cache=True, nogil=True)
+def _impulses(
+    delassus: np.ndarray, free: np.ndarray, target: np.ndarray, friction: np.ndarray, rolling: float, spinning: float
+) -> np.ndarray:
+    """Impulses so that normal velocities reach their targets, or are above without impulse; in friction cones.
+
+    Of n points [3·n], and where there are three rows more, torques about x, y and z that are bounded by these shares
+    of the sum of the normal impulses.
+    """
+    count, rows = len(target), len(free)
     wanted = free.copy()
     for i in range(count):
         wanted[3 * i + 2] -= target[i]
     bound = 0.0
-    for i in range(3 * count):
+    for i in range(rows):
         bound = max(bound, np.abs(delassus[i]).sum())
-    impulses, ahead = np.zeros(3 * count), np.zeros(3 * count)
+    impulses, ahead = np.zeros(rows), np.zeros(rows)
     for _ in range(ROUNDS):
         limits = np.array([friction[i] * max(impulses[3 * i + 2], 0.0) for i in range(count)])
+        pressed = impulses[2 : 3 * count : 3].sum()
         momentum = 1.0
         for _ in range(TRIES * count):
             gradient = delassus @ ahead + wanted
             new = ahead - gradient / bound
+            total = 0.0
             for i in range(count):
-                new[3 * i + 2] = max(new[3 * i + 2], 0.0)
-                limit = (
-                    friction[i] * new[3 * i + 2] if limits[i] == 0 else 0.5 * (limits[i] + friction[i] * new[3 * i + 2])
+                normal = max(new[3 * i + 2], 0.0)
+                new[3 * i + 2] = normal
+                total += normal
+                _shorten(
+                    new, 3 * i, friction[i] * normal if limits[i] == 0 else 0.5 * (limits[i] + friction[i] * normal)
                 )
-                size = math.sqrt(new[3 * i] ** 2 + new[3 * i + 1] ** 2)
-                if size > limit:
-                    new[3 * i] *= limit / size
-                    new[3 * i + 1] *= limit / size
+            if rows > 3 * count:
+                total = total if pressed == 0 else 0.5 * (pressed + total)
+                _shorten(new, 3 * count, rolling * total)
+                new[-1] = min(max(new[-1], -spinning * total), spinning * total)
             if ((new - impulses) @ gradient) > 0:
                 momentum = 1.0
             following = 0.5 * (1 + math.sqrt(1 + 4 * momentum * momentum))
@@ -174,7 +195,7 @@ def move(
     ball = len(points) == 0
     number = 1 if ball else len(points)
     arms, gaps = np.empty((number, 3)), np.empty(number)
-    jacobian, levers = np.zeros((3 * MOST, 3)), np.zeros((3 * MOST, 3))
+    jacobian, levers = np.zeros((3 * MOST + 3, 3)), np.zeros((3 * MOST + 3, 3))
     out = np.empty((samples, 13))
     steps = math.ceil(sample_time / longest)
     step = sample_time / steps
@@ -225,7 +246,7 @@ def _touched(
     """Velocity and spin after the impulses of the points that are below the support."""
     count = 0
     target, friction, depth = np.zeros(MOST), np.zeros(MOST), np.zeros(MOST)
-    free = np.zeros(3 * MOST)
+    free = np.zeros(3 * MOST + 3)
     for k in range(len(gaps)):
         if gaps[k] >= 0 or count == MOST:
             continue
@@ -239,16 +260,24 @@ def _touched(
         friction[count] = _friction(body, place, time, speed[0], speed[1])
         depth[count] = -gaps[k]
         count += 1
-    delassus = np.zeros((3 * count, 3 * count))
+    rigid = body.stiffness == 0
+    rows = 3 * count
+    length = math.sqrt(3 / (inverse[0, 0] + inverse[1, 1] + inverse[2, 2]))  # m: makes a torque as large as a force
+    if rigid and (body.rolling > 0 or body.spinning > 0):
+        jacobian[rows : rows + 3] = length * np.eye(3)
+        free[rows : rows + 3] = length * spin
+        rows += 3
+    delassus = np.zeros((rows, rows))
     for i in range(3 * count):
-        levers[i] = inverse @ jacobian[i]
         for j in range(3 * count):
             if i % 3 == j % 3:
                 delassus[i, j] = 1.0
-    for i in range(3 * count):
-        for j in range(3 * count):
+    for i in range(rows):
+        levers[i] = inverse @ jacobian[i]
+    for i in range(rows):
+        for j in range(rows):
             delassus[i, j] += (jacobian[i] * levers[j]).sum()
-    if body.stiffness > 0:
+    if not rigid:
         impulses = np.zeros(3 * count)
         for i in range(count):
             approach = -free[3 * i + 2]
@@ -262,20 +291,27 @@ def _touched(
             share = min(1.0, limit / size) if size > 0 else 0.0
             impulses[3 * i], impulses[3 * i + 1] = share * x, share * y
     else:
-        impulses = _impulses(delassus, free[: 3 * count], target[:count], friction[:count])
+        impulses = _impulses(
+            delassus, free[:rows], target[:count], friction[:count], body.rolling / length, body.spinning / length
+        )
     total = 0.0
     for i in range(count):
         velocity = velocity + impulses[3 * i : 3 * i + 3]
         total += impulses[3 * i + 2]
-    for i in range(3 * count):
+    for i in range(len(impulses)):
         spin = spin + impulses[i] * levers[i]
-    if body.rolling > 0:
-        flat = math.sqrt(spin[0] ** 2 + spin[1] ** 2)
-        if flat > 0:
-            ease = max(inverse[0, 0], inverse[1, 1])
-            brake = min(body.rolling * total, flat / ease)
-            spin = spin - inverse @ np.array([spin[0], spin[1], 0.0]) * (brake / flat)
+    return velocity, spin if rigid else _braked(body, inverse, spin, total)
+
+
+@numba.njit(cache=True, nogil=True)
+def _braked(body: Body, inverse: np.ndarray, spin: np.ndarray, total: float) -> np.ndarray:
+    """The spin after the torques of a step on springs, whose forces the step's velocities do not change."""
+    flat = math.sqrt(spin[0] ** 2 + spin[1] ** 2)
+    if body.rolling > 0 and flat > 0:
+        ease = max(inverse[0, 0], inverse[1, 1])
+        brake = min(body.rolling * total, flat / ease)
+        spin = spin - inverse @ np.array([spin[0], spin[1], 0.0]) * (brake / flat)
     if body.spinning > 0 and spin[2] != 0:
         brake = min(body.spinning * total, abs(spin[2]) / inverse[2, 2])
         spin = spin - inverse @ np.array([0.0, 0.0, math.copysign(brake, spin[2])])
-    return velocity, spin
+    return spin
