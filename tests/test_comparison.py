@@ -5,15 +5,29 @@ import subprocess
 import sys
 from pathlib import Path
 
-ROWS = {"oracle", "no_translation", "domain_randomization", "pix2pix", "rcan", "cyclegan", "rl_cyclegan"}
+ROWS = {"oracle", "no_translation", "domain_randomization", "conditional_gan", "rcan", "cyclegan", "rl_cyclegan"}
 POLICIES = {"cyclegan_policy", "graspgan_policy", "rl_cyclegan_policy"}
 
 
-def _run(folder: Path, script: str) -> subprocess.CompletedProcess[str]:
-    data = [f"data.{part}.out={folder}/{part}" for part in ("train", "validation", "real", "test")]
-    sizes = ["experiment=debug", "evaluate=methods", "evaluate.cameras=[webcam]", f"out={folder}/out", *data]
+def _run(folder: Path, script: str, *arguments: str) -> subprocess.CompletedProcess[str]:
+    data = [f"data.{part}.out={folder}/{part}" for part in ("pairs", "train", "validation", "real", "test")]
+    sizes = [
+        "experiment=debug",
+        "evaluate=methods",
+        "evaluate.cameras=[webcam]",
+        f"out={folder}/out",
+        *data,
+        *arguments,
+    ]
     command = [sys.executable, f"scripts/{script}.py", *sizes]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+
+
+def test_an_unknown_method_is_named_before_anything_is_rendered(tmp_path):
+    failed = _run(tmp_path, "compare", "methods=[rcan,cycle_gan]")
+    assert failed.returncode == 2
+    assert "methods: no method is called 'cycle_gan', did you mean 'cyclegan'" in failed.stderr
+    assert list(tmp_path.rglob("*.npz")) == []
 
 
 def test_methods_and_few_real_grasps(tmp_path):

@@ -8,7 +8,8 @@ from vision_s2r.contact import benchmark as contact_benchmark
 from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
 from vision_s2r.joint import benchmark as joint_benchmark
-from vision_s2r.pipeline import pair_sets, training_sets
+from vision_s2r.pipeline import pairs
+from vision_s2r.render import Views
 from vision_s2r.render import benchmark as render_benchmark
 from vision_s2r.translate import benchmark as translate_benchmark
 
@@ -20,15 +21,15 @@ def render(cfg: Config) -> None:
 
 def translate(cfg: Config) -> None:
     """The translator against the U-Net of the literature: speed, and errors after the same time."""
-    cameras, out = (cfg.camera, cfg.validation_camera), Path(cfg.out) / "benchmark"
-    translate_benchmark.run(cfg.translate, cfg.benchmark, *pair_sets(cfg), *cameras, out, cfg.seed)
+    translate_benchmark.run(cfg.translate, cfg.benchmark, pairs(cfg), Path(cfg.out) / "benchmark", cfg.seed)
 
 
 def grasp(overrides: list[str]) -> None:
     """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
     cfg = compose(Config, overrides=overrides)
+    views, validation = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
     policies = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]).grasp for form in forms.FORMS}
-    forms.compare(policies, *training_sets(cfg), cfg.scene, cfg.out)
+    forms.compare(policies, views, validation, cfg.scene, cfg.out)
 
 
 def joint(cfg: Config) -> None:

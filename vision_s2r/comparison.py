@@ -1,6 +1,5 @@
 """Methods side by side: each trained on the same scenes at about the same cost, with the same seeds, in one table."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,19 +10,18 @@ from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.evaluate import evaluate
-from vision_s2r.evaluate.config import RowConfig
+from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.finetune import Start, finetune
+from vision_s2r.methods import METHODS, MethodInputs, Released, Train
 
-Released = Mapping[str, str]  # by row: a checkpoint, of a policy or of a translator
-
-STUDENTS = ("rcan_student", "domain_randomization_student")  # rows of `vision-s2r run`; methods have none
+CANONICAL = ("oracle", "no_translation")  # rows of the canonical policy alone, beside the methods'
 
 
 def compare(cfg: Config) -> Path:
     """Do, or go on with, the comparison of cfg, in cfg.out; returns the page with its table.
 
     A row is there for each way from a real picture to a grasp: METHOD, its translator before the canonical policy, and
-    METHOD_policy, its own policy on the picture itself.
+    METHOD_policy, its own policy on the picture itself. Raises UserError where a method of `cfg.methods` is unknown.
     """
     cfg = trained(cfg)
     evaluate(cfg.evaluate, pipeline.test_scene(cfg))
@@ -35,7 +33,7 @@ def few_real_grasps(cfg: Config) -> Path:
 
     Starts are rows of the comparison, whose networks are trained where they are not yet.
     """
-    found = trained(cfg).evaluate.rows
+    found = {name: row for name, row in trained(cfg).evaluate.rows.items() if row.present}
     for name in cfg.finetune.starts:
         if name not in found:
             raise UserError(f"finetune.starts: no row '{name}' in evaluate.rows, {nearest(name, found)}")
@@ -48,77 +46,35 @@ def few_real_grasps(cfg: Config) -> Path:
 
 def trained(cfg: Config) -> Config:
     """cfg whose rows have their checkpoints: renders and trains what is missing."""
+    methods = METHODS.select(cfg.methods, "methods")
     pipeline.render_sets(cfg, real=True)
     policies = pipeline.canonical_policies(cfg)
-    return replace(cfg, evaluate=replace(cfg.evaluate, rows=rows(cfg, policies, _trained(cfg, policies))))
+    return replace(cfg, evaluate=_evaluation(cfg.evaluate, policies, _trained(cfg, methods, policies)))
 
 
-def rows(cfg: Config, policies: list[str], released: list[list[Released]]) -> dict[str, RowConfig]:
-    """The rows of cfg.evaluate with their checkpoints: `policies` a seed, `released` [method][seed]."""
-    known = {name: row for name, row in cfg.evaluate.rows.items() if name not in STUDENTS}
-    found = {name: replace(row, policy=policies) for name, row in known.items()}
+def _evaluation(cfg: EvaluateConfig, policies: list[str], released: list[list[Released]]) -> EvaluateConfig:
+    """The table with the checkpoints of its rows: `policies` a seed, `released` [method][seed]."""
+    rows = cfg.rows | {name: replace(cfg.rows[name], policy=policies) for name in CANONICAL}
     for seeds in released:
         for name in seeds[0]:
-            paths = [each[name] for each in seeds]
-            row = found[name]
-            found[name] = replace(row, policy=paths) if row.translator is None else replace(row, translator=paths)
-    return found
+            if name not in cfg.rows:
+                raise UserError(f"evaluate.rows: no row '{name}', which a method released, {nearest(name, cfg.rows)}")
+            row, paths = cfg.rows[name], [str(each[name]) for each in seeds]
+            own_policy = row.translator is None
+            rows[name] = replace(row, policy=paths) if own_policy else replace(row, policy=policies, translator=paths)
+    return replace(cfg, rows=rows)
 
 
-def _trained(cfg: Config, policies: list[str]) -> list[list[Released]]:
+def _trained(cfg: Config, methods: dict[str, Train], policies: list[str]) -> list[list[Released]]:
     """Every method with every seed, `cfg.jobs` at a time."""
-    seeds = range(cfg.seeds)
-    calls = [joblib.delayed(_one)(train, cfg, cfg.seed + k, policies[k]) for train in METHODS for k in seeds]
+    calls = [joblib.delayed(_one)(name, cfg, k, policies[k]) for name in methods for k in range(cfg.seeds)]
     found = joblib.Parallel(n_jobs=cfg.jobs)(calls)
-    return [found[k * cfg.seeds : (k + 1) * cfg.seeds] for k in range(len(METHODS))]
+    return [found[k * cfg.seeds : (k + 1) * cfg.seeds] for k in range(len(methods))]
 
 
-def _one(train: Callable[[Config, int], Released], cfg: Config, seed: int, policy: str) -> Released:
+def _one(name: str, cfg: Config, k: int, policy: str) -> Released:
+    """One method with one seed, in a folder of its own."""
     log_to_terminal()
-    given = {name: replace(getattr(cfg, name), policy=policy) for name in ("adapt", "cyclegan", "graspgan")}
-    return train(replace(cfg, **given), seed)
-
-
-def _domain_randomization(cfg: Config, seed: int) -> Released:
-    return {"domain_randomization": str(pipeline.baseline(cfg, seed))}
-
-
-def _rcan(cfg: Config, seed: int) -> Released:
-    return {"rcan": str(pipeline.paired_translator(_below(cfg, "rcan"), seed))}
-
-
-def _pix2pix(cfg: Config, seed: int) -> Released:
-    return {"pix2pix": str(pipeline.paired_translator(_below(replace(cfg, translate=cfg.pix2pix), "pix2pix"), seed))}
-
-
-def _cyclegan(cfg: Config, seed: int) -> Released:
-    return _adapted("cyclegan", replace(cfg, adapt=cfg.cyclegan), seed)
-
-
-def _graspgan(cfg: Config, seed: int) -> Released:
-    return _adapted("graspgan", replace(cfg, adapt=cfg.graspgan), seed)
-
-
-def _rl_cyclegan(cfg: Config, seed: int) -> Released:
-    return _adapted("rl_cyclegan", cfg, seed)
-
-
-def _adapted(name: str, cfg: Config, seed: int) -> Released:
-    found = pipeline.adapt(_below(cfg, name), seed)
-    translator = {name: str(found.translator)} if found.translator else {}
-    return {f"{name}_policy": str(found.policy)} | translator
-
-
-def _below(cfg: Config, name: str) -> Config:
-    """Each method in a folder of its own."""
-    return replace(cfg, out=str(Path(cfg.out) / name))
-
-
-METHODS: tuple[Callable[[Config, int], Released], ...] = (
-    _rcan,
-    _pix2pix,
-    _cyclegan,
-    _graspgan,
-    _rl_cyclegan,
-    _domain_randomization,
-)
+    inputs = MethodInputs(pipeline.pairs(cfg), pipeline.labelled(cfg), pipeline.recorded(cfg), policy)
+    train = METHODS.select([name], "methods")[name]
+    return train(cfg, inputs, Path(cfg.out) / f"{name}-{cfg.seed + k}", cfg.seed + k)

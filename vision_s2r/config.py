@@ -61,7 +61,7 @@ class Config:
         CameraConfig, "The camera that chooses checkpoints; never one of the test cameras."
     )
     translate: TranslateConfig = option(TranslateConfig, "The translator.")
-    pix2pix: TranslateConfig = option(TranslateConfig, "Its rival, for `vision-s2r compare`.")
+    conditional_gan: TranslateConfig = option(TranslateConfig, "Its rival, for `vision-s2r compare`.")
     adapt: AdaptConfig = option(AdaptConfig, "Adaptation without pairs.")
     cyclegan: AdaptConfig = option(AdaptConfig, "Its rival, for `vision-s2r compare`.")
     graspgan: AdaptConfig = option(AdaptConfig, "Its rival, for `vision-s2r compare`.")
@@ -70,6 +70,7 @@ class Config:
     baseline: GraspConfig = option(GraspConfig, "The policy that domain randomization trains, to compare with.")
     student: StudentConfig = option(StudentConfig, "The policy that learns on from what the translator makes.")
     baseline_student: StudentConfig = option(StudentConfig, "And the one of domain randomization.")
+    methods: list[str] = option([], "What `vision-s2r compare` trains and compares, by name; empty: every method.")
     evaluate: EvaluateConfig = option(EvaluateConfig, "The transfer table.")
     sensitivity: SensitivityConfig = option(SensitivityConfig, "Success against the strength of an effect.")
     finetune: FinetuneConfig = option(FinetuneConfig, "Few real grasps.")

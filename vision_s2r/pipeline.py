@@ -18,8 +18,9 @@ from vision_s2r.grasp import FrozenQ, train_policy
 from vision_s2r.grasp.student import train_student
 from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
+from vision_s2r.training import Inputs
 from vision_s2r.training.data import RECORDED, generator
-from vision_s2r.translate import Translator, train_translator
+from vision_s2r.translate import TranslateConfig, Translator, train_translator
 
 Training = Callable[[Config, int], Path]
 Checkpoints = dict[str, list[str]]  # of each kind of network, one a seed
@@ -54,14 +55,18 @@ def test_scene(cfg: Config) -> SceneConfig:
     return replace(cfg.scene, objects=replace(cfg.scene.objects, split="test"))
 
 
-def training_sets(cfg: Config) -> tuple[Views, Views]:
-    """Training and validation views. Raises UserError unless they are rendered."""
-    return Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
+def labelled(cfg: Config) -> Inputs:
+    """Views with labelled grasps, and the cameras. Raises UserError unless they are rendered."""
+    return _inputs(cfg, cfg.data.train.out)
 
 
-def pair_sets(cfg: Config) -> tuple[Views, Views]:
-    """Pairs to train on, and validation views. Raises UserError unless they are rendered."""
-    return Views.open(cfg.data.pairs.out), Views.open(cfg.data.validation.out)
+def pairs(cfg: Config) -> Inputs:
+    """Pairs of pictures without grasps, and the cameras. Raises UserError unless they are rendered."""
+    return _inputs(cfg, cfg.data.pairs.out)
+
+
+def _inputs(cfg: Config, views: str) -> Inputs:
+    return Inputs(Views.open(views), Views.open(cfg.data.validation.out), cfg.camera, cfg.validation_camera)
 
 
 def train(cfg: Config) -> Checkpoints:
@@ -94,47 +99,43 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
 def paired_translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomized pictures through the training camera to canonical ones."""
     out = Path(cfg.out) / f"translator-{seed}"
-    cameras = cfg.camera, cfg.validation_camera
-    return train_translator(*pair_sets(cfg), cfg.translate, *cameras, out, seed, judge(cfg))
+    return train_translator(cfg.translate, pairs(cfg), out, seed, judge(cfg.translate))
 
 
-def judge(cfg: Config) -> FrozenQ | None:
+def judge(cfg: TranslateConfig) -> FrozenQ | None:
     """The policy that judges translations, where one is configured. Raises UserError where it is none."""
-    return FrozenQ.load(cfg.translate.q_function) if cfg.translate.q_function else None
+    return FrozenQ.load(cfg.q_function) if cfg.q_function else None
 
 
 def canonical_policy(cfg: Config, seed: int) -> Path:
     """The policy that only ever sees canonical views."""
-    out = Path(cfg.out) / f"policy-{seed}"
-    return train_policy(*training_sets(cfg), cfg.grasp, cfg.camera, out, seed, cfg.validation_camera)
+    return train_policy(cfg.grasp, labelled(cfg), Path(cfg.out) / f"policy-{seed}", seed)
 
 
 def student(cfg: Config, seed: int) -> Path:
     """The canonical policy's student, on the pictures of this seed's translator."""
     out, policy = Path(cfg.out) / f"student-{seed}", canonical_policy(cfg, seed)
     translator = Translator.load(paired_translator(cfg, seed))
-    cameras = cfg.camera, cfg.validation_camera
-    return train_student(*pair_sets(cfg), cfg.student, policy, policy, cameras, out, seed, translator)
+    return train_student(cfg.student, pairs(cfg), policy, policy, out, seed, translator)
 
 
 def baseline(cfg: Config, seed: int) -> Path:
     """Domain randomization: a policy of the same size and cost on randomized pictures directly."""
-    out = Path(cfg.out) / f"baseline-{seed}"
-    return train_policy(*training_sets(cfg), cfg.baseline, cfg.camera, out, seed, cfg.validation_camera)
+    return train_policy(cfg.baseline, labelled(cfg), Path(cfg.out) / f"baseline-{seed}", seed)
 
 
 def baseline_student(cfg: Config, seed: int) -> Path:
     """The student of domain randomization, taught by the same canonical policy."""
-    out, cameras = Path(cfg.out) / f"baseline_student-{seed}", (cfg.camera, cfg.validation_camera)
+    out = Path(cfg.out) / f"baseline_student-{seed}"
     start, teacher = baseline(cfg, seed), canonical_policy(cfg, seed)
-    return train_student(*pair_sets(cfg), cfg.baseline_student, start, teacher, cameras, out, seed)
+    return train_student(cfg.baseline_student, pairs(cfg), start, teacher, out, seed)
 
 
 def adapt(cfg: Config, seed: int) -> Adapted:
     """Adaptation without pairs, which begins with a canonical policy: `adapt.policy`, or else this seed's own."""
     settings = cfg.adapt if cfg.adapt.policy else replace(cfg.adapt, policy=str(canonical_policy(cfg, seed)))
-    out, cameras = Path(cfg.out) / f"adapt-{seed}", (cfg.camera, cfg.validation_camera)
-    return train_adapted(*training_sets(cfg), recorded(cfg), settings, cfg.translate, cameras, out, seed)
+    out = Path(cfg.out) / f"adapt-{seed}"
+    return train_adapted(settings, labelled(cfg), recorded(cfg), cfg.translate, out, seed)
 
 
 def recorded(cfg: Config) -> Recorded:

@@ -11,7 +11,6 @@ from tests.grasp import bars
 from vision_s2r.adapt import AdaptConfig, Adapted, train_adapted
 from vision_s2r.adapt.config import AdaptLossConfig
 from vision_s2r.adapt.losses import scene_consistency
-from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, train_policy
 from vision_s2r.grasp.config import AugmentationConfig, CropConfig
@@ -19,7 +18,7 @@ from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.render import Recorded
 from vision_s2r.scene import CLASSES
-from vision_s2r.training import TrainingConfig, checkpoint
+from vision_s2r.training import Inputs, TrainingConfig, checkpoint
 from vision_s2r.translate import TranslateConfig, Translator
 from vision_s2r.translate.config import DiscriminatorConfig
 
@@ -70,7 +69,7 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
         augmentation=AugmentationConfig(blur=0.6),
         training=training(200, 4e-3, "auc"),
     )
-    return train_policy(views(300, 0), views(60, 1), cfg, CameraConfig(), tmp_path_factory.mktemp("policy"), 3)
+    return train_policy(cfg, Inputs(views(300, 0), views(60, 1)), tmp_path_factory.mktemp("policy"), 3)
 
 
 def adapted(out: Path, policy: Path | str, loss: AdaptLossConfig, steps: int) -> Adapted:
@@ -84,10 +83,8 @@ def adapted(out: Path, policy: Path | str, loss: AdaptLossConfig, steps: int) ->
         negatives=0,
         training=training(steps, 1e-3, "auc_mean"),
     )
-    cameras = (CameraConfig(), CameraConfig())
-    return train_adapted(
-        views(200, 0), views(60, 1), recorded(), cfg, TranslateConfig(network=NETWORK), cameras, out, 0
-    )
+    inputs = Inputs(views(200, 0), views(60, 1))
+    return train_adapted(cfg, inputs, recorded(), TranslateConfig(network=NETWORK), out, 0)
 
 
 def real_pictures() -> tuple[Tensor, bars.Bars]:

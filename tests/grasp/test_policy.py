@@ -18,7 +18,7 @@ from vision_s2r.grasp.config import AugmentationConfig, CropConfig, DenseConfig,
 from vision_s2r.grasp.forms import build
 from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig
-from vision_s2r.training import TrainingConfig, checkpoint
+from vision_s2r.training import Inputs, TrainingConfig, checkpoint
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 CAMERA = CameraConfig(effects={"exposure": {"stops": [-0.3, 0.3]}})
@@ -45,7 +45,7 @@ def config(form: str = "crop", steps: int = 100, batch: int = 16, **changes: obj
 
 
 def trained(out: Path, cfg: GraspConfig) -> Path:
-    return train_policy(Bars(300, 0), HELD_OUT, cfg, CAMERA, out, SEED)
+    return train_policy(cfg, Inputs(Bars(300, 0), HELD_OUT, CAMERA), out, SEED)
 
 
 def inputs(views: Bars = HELD_OUT) -> list[torch.Tensor]:
@@ -103,7 +103,7 @@ def test_the_front_s_rectifier_is_told_where_the_camera_looks(tmp_path: Path) ->
     front = NetworkConfig(width=8, levels=2, blocks=1, rectifier=8)
     askew = CameraConfig(effects={"camera_pose_offset": {"yaw": [-0.04, 0.04], "pitch": [-0.04, 0.04], "roll": 0.0}})
     cfg = config(steps=60, picture="randomized", validate_on="real", front=front, rectification=1.0)
-    path = train_policy(Bars(300, 0), HELD_OUT, cfg, askew, tmp_path, SEED)
+    path = train_policy(cfg, Inputs(Bars(300, 0), HELD_OUT, askew), tmp_path, SEED)
     found = checkpoint.load(path, "q_function").training["metrics"]["rectification_error"]
     still = 2.3 * SIZE * 0.04 * 0.765  # px: the mean length of such offsets, which is the error that it begins with
     assert found < 0.6 * still, (found, still)
@@ -124,7 +124,7 @@ def test_negatives_teach_what_no_attempt_has_shown(tmp_path: Path) -> None:
     for count in (0, 8):
         cfg = config(steps=80, negatives=count)
         q = build(cfg)
-        path = train_policy(shown, HELD_OUT, cfg, CAMERA, tmp_path / str(count), SEED)
+        path = train_policy(cfg, Inputs(shown, HELD_OUT, CAMERA), tmp_path / str(count), SEED)
         checkpoint.load(path, "q_function").restore("q_function", q)
         chances.append(q(to_float(pictures), intrinsics, extrinsics, grasps).logits.sigmoid().mean())
     assert chances[1] < 0.1 and chances[0] > 0.5, chances
@@ -167,7 +167,7 @@ def test_foreign_checkpoints_and_views_are_refused(crop: Path, tmp_path: Path) -
     unlabelled = Bars(8, 0)
     unlabelled.names.discard("success")
     with pytest.raises(UserError, match="no 'success'"):
-        train_policy(unlabelled, HELD_OUT, config(), CAMERA, tmp_path, 0)
+        train_policy(config(), Inputs(unlabelled, HELD_OUT, CAMERA), tmp_path, 0)
 
 
 def test_compared_forms_get_the_same_time_and_try_their_grasps(tmp_path: Path) -> None:

@@ -14,9 +14,8 @@ from vision_s2r.grasp import GraspPolicy
 from vision_s2r.grasp.student import train_student
 from vision_s2r.grasp.student_config import StudentConfig
 from vision_s2r.networks.unet import NetworkConfig
-from vision_s2r.training import TrainingConfig, checkpoint
+from vision_s2r.training import Inputs, TrainingConfig, checkpoint
 
-CAMERAS = CAMERA, CameraConfig()
 CFG = StudentConfig(
     training=TrainingConfig(
         max_steps=60, batch_size=16, learning_rate=2e-3, validate_every=60, metric="auc", mode="max", accelerator="cpu"
@@ -35,6 +34,9 @@ def unlabelled() -> Bars:
     return views
 
 
+INPUTS = Inputs(unlabelled(), HELD_OUT, CAMERA, CameraConfig())
+
+
 @pytest.fixture(scope="module")
 def teacher(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return trained(tmp_path_factory.mktemp("teacher"), config())
@@ -47,12 +49,10 @@ def auc(path: Path) -> float:
 def test_it_gets_used_to_its_translator(teacher: Path, tmp_path: Path) -> None:
     before, after = (
         train_student(
-            unlabelled(),
-            HELD_OUT,
             replace(CFG, training=replace(CFG.training, learning_rate=rate)),
+            INPUTS,
             teacher,
             teacher,
-            CAMERAS,
             tmp_path / str(rate),
             SEED,
             negative,
@@ -70,12 +70,12 @@ def test_domain_randomization_has_one_too(teacher: Path, tmp_path: Path) -> None
     cfg = config(steps=4, picture="randomized", validate_on="randomized", front=front, rectification=1.0)
     start = trained(tmp_path / "start", cfg)
     steps = replace(CFG, training=replace(CFG.training, muon=4e-3))
-    path = train_student(unlabelled(), HELD_OUT, steps, start, teacher, CAMERAS, tmp_path / "student", SEED)
+    path = train_student(steps, INPUTS, start, teacher, tmp_path / "student", SEED)
     assert auc(path) > max(0.7, auc(start)), (auc(path), auc(start))
 
 
 def test_what_does_not_fit_is_refused(teacher: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="expected randomized"):
-        train_student(unlabelled(), HELD_OUT, CFG, teacher, teacher, CAMERAS, tmp_path, SEED)
+        train_student(CFG, INPUTS, teacher, teacher, tmp_path, SEED)
     with pytest.raises(UserError, match=r"student\.own = 99"):
-        train_student(unlabelled(), HELD_OUT, replace(CFG, own=99), teacher, teacher, CAMERAS, tmp_path, SEED, negative)
+        train_student(replace(CFG, own=99), INPUTS, teacher, teacher, tmp_path, SEED, negative)

@@ -15,14 +15,17 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.cli import compose
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError
+from vision_s2r.training import Inputs
 from vision_s2r.translate import benchmark
-from vision_s2r.translate.pix2pix import Pix2PixUNet, levels
+from vision_s2r.translate.pix2pix_unet import Pix2PixUNet, levels
 
 
 def run(out: Path, minutes: float = 0.02) -> dict[str, Any]:
     cfg = compose(Config, overrides=["experiment=debug", "translate.validate_on=randomized"])
     timed = replace(cfg.benchmark, minutes=minutes)
-    return benchmark.run(cfg.translate, timed, Rectangles(16, 0), Rectangles(8, 1), CAMERA, CameraConfig(), out, seed=0)
+    return benchmark.run(
+        cfg.translate, timed, Inputs(Rectangles(16, 0), Rectangles(8, 1), CAMERA, CameraConfig()), out, seed=0
+    )
 
 
 def test_the_whole_benchmark_says_what_it_measured(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -13,6 +13,7 @@ from test_rcan import CONFIGS, TINY, Rectangles
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraConfig, load_config
 from vision_s2r.errors import UserError
+from vision_s2r.training import Inputs
 from vision_s2r.training.checkpoint import load, load_state
 from vision_s2r.training.data import generator
 from vision_s2r.translate import TranslateConfig, train_translator
@@ -46,7 +47,7 @@ def adr(out: Path, **changes: Any) -> CameraAdr:
 
 
 def run(out: Path, cfg: TranslateConfig = WIDE, camera: CameraConfig = CAMERA) -> Path:
-    return train_translator(Rectangles(48, 0), Rectangles(16, 1), cfg, camera, CameraConfig(), out, seed=3)
+    return train_translator(cfg, Inputs(Rectangles(48, 0), Rectangles(16, 1), camera, CameraConfig()), out, seed=3)
 
 
 def test_it_begins_without_any_effect_and_widens_where_performance_is_good(tmp_path: Path) -> None:

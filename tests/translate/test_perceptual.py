@@ -11,6 +11,7 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import FrozenQ, GraspConfig
 from vision_s2r.grasp.forms import build
+from vision_s2r.training import Inputs
 from vision_s2r.training.checkpoint import Checkpoint, load, save
 from vision_s2r.translate import TranslateConfig, losses, train_translator
 from vision_s2r.translate.config import LossConfig
@@ -30,6 +31,10 @@ class Labelled(Rectangles):
         self.names = set(self._tensors)
 
 
+def inputs(scenes: int, held_out: int) -> Inputs:
+    return Inputs(Labelled(scenes, 0), Labelled(held_out, 1), CAMERA, CameraConfig())
+
+
 def policy(path: Path, cfg: GraspConfig | None = None, size: int = SIZE) -> str:
     """A checkpoint of a policy with random weights."""
     cfg = cfg or GraspConfig(width=8)
@@ -43,7 +48,7 @@ def run(out: Path, path: str, steps: int, loss: LossConfig = ALONE) -> dict[str,
     """Metrics of a translator that the policy at `path` judges."""
     training = replace(TINY.training, max_steps=steps, validate_every=steps, metric="q_difference")
     cfg = replace(TINY, loss=loss, training=training, q_function=path)
-    best = train_translator(Labelled(48, 0), Labelled(16, 1), cfg, CAMERA, CameraConfig(), out, 3, FrozenQ.load(path))
+    best = train_translator(cfg, inputs(48, 16), out, 3, FrozenQ.load(path))
     metrics: dict[str, float] = load(best, "translator").training["metrics"]
     return metrics
 
@@ -76,7 +81,7 @@ def test_a_judge_watches_without_a_word_in_training(tmp_path: Path) -> None:
     path, loss = policy(tmp_path / "policy.safetensors"), LossConfig()
     judged = run(tmp_path / "judged", path, 2, loss)
     cfg = replace(TINY, loss=loss, training=replace(TINY.training, max_steps=2, validate_every=2))
-    alone = train_translator(Labelled(48, 0), Labelled(16, 1), cfg, CAMERA, CameraConfig(), tmp_path / "alone", 3)
+    alone = train_translator(cfg, inputs(48, 16), tmp_path / "alone", 3)
     plain = load(alone, "translator").training["metrics"]
     assert {name: value for name, value in judged.items() if name not in ("q_difference", "auc")} == plain
 
@@ -92,7 +97,7 @@ def test_a_judge_watches_without_a_word_in_training(tmp_path: Path) -> None:
 def test_a_loss_that_cannot_be_is_one_line(tmp_path: Path, changes: dict[str, object], message: str) -> None:
     cfg: TranslateConfig = replace(TINY, **({"loss": ALONE, "q_function": "policy"} | changes))
     with pytest.raises(UserError, match=message):
-        train_translator(Labelled(8, 0), Labelled(8, 1), cfg, CAMERA, CameraConfig(), tmp_path, 3)
+        train_translator(cfg, inputs(8, 8), tmp_path, 3)
 
 
 def test_a_policy_that_cannot_judge_is_named(tmp_path: Path) -> None:

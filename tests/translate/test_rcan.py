@@ -20,7 +20,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.scene import CLASSES, nominal_camera, palette
 from vision_s2r.scene.config import ViewpointConfig
-from vision_s2r.training import TrainingConfig, released
+from vision_s2r.training import Inputs, TrainingConfig, released
 from vision_s2r.training.checkpoint import load, load_state, save
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
 from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
@@ -86,7 +86,7 @@ class Rectangles:
 
 
 def run(out: Path, cfg: TranslateConfig = TINY, seed: int = 3) -> Path:
-    return train_translator(Rectangles(48, 0), Rectangles(16, 1), cfg, CAMERA, CameraConfig(), out, seed)
+    return train_translator(cfg, Inputs(Rectangles(48, 0), Rectangles(16, 1), CAMERA, CameraConfig()), out, seed)
 
 
 def with_training(**changes: object) -> TranslateConfig:

@@ -7,10 +7,9 @@ from typing import Any
 
 from vision_s2r.adapt.config import AdaptConfig, check
 from vision_s2r.adapt.method import KIND, LABELS, Adaptation
-from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.render.seen import Recorded
-from vision_s2r.training import ViewSource, checkpoint, train
+from vision_s2r.training import Inputs, checkpoint, train
 from vision_s2r.training.data import require
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.pairs import needed
@@ -29,22 +28,16 @@ class Adapted:
 
 
 def train_adapted(
-    views: ViewSource,
-    validation: ViewSource,
-    recorded: Recorded,
-    cfg: AdaptConfig,
-    translate: TranslateConfig,
-    cameras: tuple[CameraConfig, CameraConfig],
-    out: Path,
-    seed: int,
+    cfg: AdaptConfig, inputs: Inputs, recorded: Recorded, translate: TranslateConfig, out: Path, seed: int
 ) -> Adapted:
     """Trains in the folder `out`, or goes on there, and releases what came of it.
 
-    `views` have labelled canonical pictures, `recorded` real pictures of other scenes. `translate` and the first of
-    `cameras` are of the pairs, where they count; the second camera chooses the checkpoint. Raises UserError where
+    The views have labelled canonical pictures, `recorded` real pictures of other scenes. `translate` and the first
+    camera are of the pairs, where they count; the validation camera chooses the checkpoint. Raises UserError where
     configuration, views and checkpoints do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
+    views, validation = inputs.views, inputs.validation
     stride = 2 ** max(cfg.network.levels, translate.network.levels)
     if views.size % stride or recorded.size != views.size:
         raise UserError(
@@ -53,7 +46,7 @@ def train_adapted(
     pairs = (*needed(translate), "randomized") if cfg.loss.paired > 0 else ()
     for part, source, names in (("training", views, (*TRAINING, *pairs)), ("validation", validation, VALIDATION)):
         require(part, source, names)
-    method = partial(Adaptation, cfg, translate, recorded, cameras, validation.margin, depth_range(views))
+    method = partial(Adaptation, cfg, translate, recorded, inputs.cameras, validation.margin, depth_range(views))
     return _release(train(method, views, validation, cfg.training, out, seed).best, cfg)
 
 

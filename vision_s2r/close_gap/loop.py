@@ -23,7 +23,7 @@ from vision_s2r.evaluate.table import Table
 from vision_s2r.files import write
 from vision_s2r.options import validate
 from vision_s2r.paths import CONFIGS
-from vision_s2r.pipeline import judge, pair_sets, render_sets, test_scene
+from vision_s2r.pipeline import judge, pairs, render_sets, test_scene
 from vision_s2r.recording.folders import folders
 from vision_s2r.render import Views
 from vision_s2r.statistics import Bootstrap, Estimate
@@ -107,7 +107,8 @@ def _fine_tuned(cfg: CloseGapStudyConfig, camera: CameraConfig, out: Path) -> Pa
         validate_every=max(cfg.close_gap.steps // 4, 1),
     )
     translate = replace(cfg.translate, start=cfg.close_gap.translator, training=training)
-    return train_translator(*pair_sets(cfg), translate, camera, camera, out, cfg.seed, judge(cfg))
+    inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
+    return train_translator(translate, inputs, out, cfg.seed, judge(translate))
 
 
 def _table(cfg: CloseGapStudyConfig, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:

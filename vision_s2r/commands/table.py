@@ -77,7 +77,7 @@ _ALL = (
         keys=("translate",),
         examples=(
             ("experiment=cpu", "on the views of that experiment"),
-            ("translate=pix2pix", "a plain conditional GAN instead"),
+            ("translate=conditional_gan", "a plain conditional GAN instead"),
             ("translate.loss.adversarial=0.01 camera=harsh", "another loss, under another camera"),
         ),
     ),

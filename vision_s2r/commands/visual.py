@@ -28,7 +28,7 @@ def grasp(cfg: Config) -> Path:
     """The policy, in OUT/policy-SEED; one on randomized pictures in OUT/baseline-SEED. Returns its checkpoint."""
     role = "policy" if cfg.grasp.picture == "canonical" else "baseline"
     out = Path(cfg.out) / f"{role}-{cfg.seed}"
-    return train_policy(*pipeline.training_sets(cfg), cfg.grasp, cfg.camera, out, cfg.seed, cfg.validation_camera)
+    return train_policy(cfg.grasp, pipeline.labelled(cfg), out, cfg.seed)
 
 
 def table(cfg: Config) -> None:

@@ -10,7 +10,6 @@ import joblib
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import CameraConfig
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import EvaluateConfig, Table, evaluate
@@ -23,7 +22,7 @@ from vision_s2r.grasp.policy import configuration
 from vision_s2r.render import Recorded
 from vision_s2r.scene import SceneConfig
 from vision_s2r.statistics import Bootstrap
-from vision_s2r.training import checkpoint
+from vision_s2r.training import Inputs, checkpoint
 from vision_s2r.translate import Translator
 
 SUMMARY, CSV, PICTURE = "finetune.json", "finetune.csv", "finetune.png"
@@ -119,7 +118,7 @@ def _trained(cfg: FinetuneConfig, job: Job, recorded: Recorded, scratch: GraspCo
     settings = replace(known, picture="seen", validate_on="seen", rectification=0.0, negatives=0, training=training)
     folder = out / f"{job.name}-{job.seed}"
     # Validated once, at the end: nothing is chosen, the last weights are taken.
-    return train_policy(some, some.first(1), settings, CameraConfig(), folder, job.seed)
+    return train_policy(settings, Inputs(some, some.first(1)), folder, job.seed)
 
 
 def _translated(path: str, recorded: Recorded) -> Tensor:

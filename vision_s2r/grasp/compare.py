@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.method import train_policy
 from vision_s2r.grasp.policy import GraspPolicy
-from vision_s2r.training import ViewSource, checkpoint
+from vision_s2r.training import Inputs, ViewSource, checkpoint
 
 Attempt = Callable[[int, np.ndarray], bool]  # index of a validation scene, grasp float64 [3] → success
 
@@ -60,7 +59,7 @@ def _timed(cfg: GraspConfig, minutes: float) -> GraspConfig:
 def _result(
     cfg: GraspConfig, views: ViewSource, validation: ViewSource, attempt: Attempt, out: Path, seed: int
 ) -> FormResult:
-    path = train_policy(views, validation, cfg, CameraConfig(), out, seed)
+    path = train_policy(cfg, Inputs(views, validation), out, seed)
     facts = checkpoint.load(path, "q_function").training
     everything = torch.arange(len(validation))
     pictures, intrinsics, extrinsics = (

@@ -18,7 +18,7 @@ from vision_s2r.grasp.q_function import GraspScores
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
+from vision_s2r.training import Batch, Draw, Inputs, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
 from vision_s2r.training.data import require
 
 CHUNK = 64  # scenes at a time in validation
@@ -161,22 +161,14 @@ def _labels(views: ViewSource, indices: Tensor) -> Batch:
     return labels | {name: labels[name].float() for name in ("grasps", "success")}
 
 
-def train_policy(
-    views: ViewSource,
-    validation: ViewSource,
-    cfg: GraspConfig,
-    camera: CameraConfig,
-    out: Path,
-    seed: int,
-    validation_camera: CameraConfig | None = None,
-) -> Path:
+def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path:
     """Trains Q in the folder `out`, or goes on there, and returns the best checkpoint, which `GraspPolicy` loads.
 
-    `camera` is drawn from where Q looks at source pictures; `validation_camera` (without it: `camera`) where the
-    checkpoint is chosen on such.
-    Raises UserError where the configuration or the views do not fit, and as `vision_s2r.training.train`.
+    The cameras count where Q looks at source pictures, and where the checkpoint is chosen on such. Raises UserError
+    where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
+    views, validation = inputs.views, inputs.validation
     for part, source, names in (
         ("training", views, _read_in_training(cfg)),
         ("validation", validation, _read(cfg, cfg.validate_on)),
@@ -192,5 +184,5 @@ def train_policy(
             raise UserError(
                 f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
             )
-    method = partial(QLearning, cfg, camera, validation_camera or camera, views.size, views.margin)
+    method = partial(QLearning, cfg, *inputs.cameras, views.size, views.margin)
     return train(method, views, validation, cfg.training, out, seed).best

@@ -31,6 +31,7 @@ from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import (
     Batch,
     Draw,
+    Inputs,
     Method,
     Step,
     ViewSource,
@@ -167,12 +168,10 @@ def reads(policy: GraspConfig) -> list[str]:
 
 
 def train_student(
-    views: ViewSource,
-    validation: ViewSource,
     cfg: StudentConfig,
+    inputs: Inputs,
     start: str | Path,
     teacher: str | Path,
-    cameras: tuple[CameraConfig, CameraConfig],
     out: Path,
     seed: int,
     translator: Translator | None = None,
@@ -180,7 +179,7 @@ def train_student(
     """Trains a student in the folder `out`, or goes on there, and returns the best checkpoint.
 
     `start`: the policy that it begins as; `teacher`: the canonical policy. With a `translator` the student looks at
-    its pictures, without one at source pictures. `cameras`: of training, and the one that chooses the checkpoint.
+    its pictures, without one at source pictures.
     Raises UserError where the configuration, the checkpoints or the views do not fit, and as
     `vision_s2r.training.train`.
     """
@@ -192,10 +191,10 @@ def train_student(
     looks = "canonical" if translator else "randomized"
     if policy.picture != looks or policy.with_source:
         raise UserError(f"{start}: the student begins as a policy of {policy.picture} pictures: expected {looks}")
-    for part, source, names in (("training", views, ()), ("validation", validation, LABELS)):
+    for part, source, names in (("training", inputs.views, ()), ("validation", inputs.validation, LABELS)):
         require(part, source, (*reads(policy), *names))
         if source.size != size:
             raise UserError(f"{part} views have {source.size} px: {start} looks at pictures of {size} px")
-    policy = replace(policy, start=str(start))
-    method = partial(Student, cfg, policy, (q_function, known), cameras, views.size, views.margin, translator)
-    return train(method, views, validation, cfg.training, out, seed).best
+    policy, views = replace(policy, start=str(start)), inputs.views
+    method = partial(Student, cfg, policy, (q_function, known), inputs.cameras, views.size, views.margin, translator)
+    return train(method, views, inputs.validation, cfg.training, out, seed).best

@@ -10,6 +10,7 @@ from), `pictures/*.png` and TensorBoard logs.
 
 from vision_s2r.training.config import TrainingConfig
 from vision_s2r.training.data import Draw, ViewSource
+from vision_s2r.training.inputs import Inputs
 from vision_s2r.training.loop import TrainingResult, train
 from vision_s2r.training.method import Batch, Method, Step, frozen
 from vision_s2r.training.optimizers import adamw, muon_and_adamw
@@ -17,6 +18,7 @@ from vision_s2r.training.optimizers import adamw, muon_and_adamw
 __all__ = [
     "Batch",
     "Draw",
+    "Inputs",
     "Method",
     "Step",
     "TrainingConfig",

@@ -96,7 +96,10 @@ def _run(
         log.info("%s: finished at step %d, not repeated", out, run.step)
     else:
         run.loop(part)
-    return fabric.broadcast(TrainingResult(out / BEST, run.best, run.step, run.seconds / 60))
+    result = fabric.broadcast(TrainingResult(out / BEST, run.best, run.step, run.seconds / 60))
+    if cfg.strategy == "ddp_spawn" and torch.distributed.is_initialized():
+        torch.distributed.destroy_process_group()  # else its threads are ended by force, and may abort the process
+    return result
 
 
 def learning_rate(progress: float, warmup: float) -> float:

@@ -17,15 +17,14 @@ import torch
 from lightning_fabric import Fabric
 
 from vision_s2r import files
-from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.options import validate
-from vision_s2r.training import ViewSource, checkpoint, train
+from vision_s2r.training import Inputs, ViewSource, checkpoint, train
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.training.loop import LAST
 from vision_s2r.translate import benchmark_report, speed
 from vision_s2r.translate.config import BenchmarkConfig, CameraAdrConfig, TranslateConfig, check
-from vision_s2r.translate.pix2pix import Pix2Pix
+from vision_s2r.translate.pix2pix_unet import Pix2PixUNetTraining
 from vision_s2r.translate.rcan import Rcan, check_views
 
 log = logging.getLogger(__name__)
@@ -39,16 +38,7 @@ Build = Callable[[], Rcan]
 Curve = list[dict[str, float]]  # a row a validation: minutes, pictures seen, metrics
 
 
-def run(
-    cfg: TranslateConfig,
-    benchmark: BenchmarkConfig,
-    views: ViewSource,
-    validation: ViewSource,
-    camera: CameraConfig,
-    validation_camera: CameraConfig,
-    out: Path,
-    seed: int,
-) -> dict[str, Any]:
+def run(cfg: TranslateConfig, benchmark: BenchmarkConfig, inputs: Inputs, out: Path, seed: int) -> dict[str, Any]:
     """Measures, or goes on with what the folder `out` holds; prints the table, writes translate.json and .png there.
 
     Returns what the JSON holds: facts of the run, for each network its speeds and its curve, and for each of ours the
@@ -57,6 +47,7 @@ def run(
     """
     check(cfg)
     validate(benchmark, "benchmark")
+    views, validation = inputs.views, inputs.validation
     check_views(cfg, views, validation)
     settings = {
         "seed": seed,
@@ -64,13 +55,13 @@ def run(
         "scenes": [len(views), len(validation)],
         "benchmark": asdict(benchmark),
         "translate": asdict(cfg),
-        "cameras": [asdict(camera), asdict(validation_camera)],
+        "cameras": [asdict(camera) for camera in inputs.cameras],
     }
     if key := files.differing(out / "settings.json", settings):
         raise UserError(f"{out}: holds a benchmark with other settings ({key}): expected another out=")
-    ways = _ways(cfg, benchmark, views, camera, validation_camera)
+    ways = _ways(cfg, benchmark, inputs)
     speeds = speed.measure(ways, validation, 60 * SHARE * benchmark.minutes)
-    curves = _curves(ways, benchmark, views, validation, out, seed)
+    curves = _curves(ways, benchmark, inputs, out, seed)
     networks = {name: speeds[name] | _loop_speed(curves[name]) | {"curve": curves[name]} for name in ways}
     found = {
         "reference": REFERENCE,
@@ -109,13 +100,7 @@ def ratios(ours: dict[str, Any], reference: dict[str, Any]) -> dict[str, float |
     return found
 
 
-def _ways(
-    cfg: TranslateConfig,
-    benchmark: BenchmarkConfig,
-    views: ViewSource,
-    camera: CameraConfig,
-    validation_camera: CameraConfig,
-) -> dict[str, tuple[TranslateConfig, Build]]:
+def _ways(cfg: TranslateConfig, benchmark: BenchmarkConfig, inputs: Inputs) -> dict[str, tuple[TranslateConfig, Build]]:
     """All that is compared, by name: no GAN, no start from elsewhere, no ranges that widen."""
     never = 10**9  # the benchmark validates by itself
     training = replace(cfg.training, max_steps=0, max_minutes=benchmark.minutes, validate_every=never)
@@ -124,21 +109,16 @@ def _ways(
     alone = replace(loss, segmentation=0.0, depth=0.0, rectification=0.0)
     picture = replace(ours, loss=alone, network=replace(cfg.network, composed=False))
     theirs = replace(picture, training=replace(training, learning_rate=benchmark.learning_rate))
-    rest = (camera, validation_camera, views)
+    rest = (*inputs.cameras, inputs.views)
     return {
         OURS: (ours, partial(Rcan, ours, *rest)),
         PICTURE: (picture, partial(Rcan, picture, *rest)),
-        REFERENCE: (theirs, partial(Pix2Pix, benchmark.width, theirs, *rest)),
+        REFERENCE: (theirs, partial(Pix2PixUNetTraining, benchmark.width, theirs, *rest)),
     }
 
 
 def _curves(
-    ways: dict[str, tuple[TranslateConfig, Build]],
-    benchmark: BenchmarkConfig,
-    views: ViewSource,
-    validation: ViewSource,
-    out: Path,
-    seed: int,
+    ways: dict[str, tuple[TranslateConfig, Build]], benchmark: BenchmarkConfig, inputs: Inputs, out: Path, seed: int
 ) -> dict[str, Curve]:
     """Trains all in turns; a curve each, of which the folder keeps what is done."""
     paths = {name: out / FOLDERS[name] / "curve.json" for name in ways}
@@ -149,8 +129,8 @@ def _curves(
             if len(curves[name]) > done:
                 continue
             folder = paths[name].parent
-            train(build, views, validation, cfg.training, folder, seed, part)
-            row = {"minutes": part * benchmark.minutes} | _validated(cfg, build(), folder, validation, seed)
+            train(build, inputs.views, inputs.validation, cfg.training, folder, seed, part)
+            row = {"minutes": part * benchmark.minutes} | _validated(cfg, build(), folder, inputs.validation, seed)
             curves[name].append(row)
             files.write(paths[name], json.dumps(curves[name], indent=1))
             log.info("%s: %.2f of %g min, %s %.4f", name, row["minutes"], benchmark.minutes, ERROR, row[ERROR])

@@ -13,7 +13,19 @@ from vision_s2r.errors import UserError
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import UNet
 from vision_s2r.scene import CLASSES, palette
-from vision_s2r.training import Batch, Draw, Method, Step, ViewSource, adamw, checkpoint, frozen, muon_and_adamw, train
+from vision_s2r.training import (
+    Batch,
+    Draw,
+    Inputs,
+    Method,
+    Step,
+    ViewSource,
+    adamw,
+    checkpoint,
+    frozen,
+    muon_and_adamw,
+    train,
+)
 from vision_s2r.training.data import require
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.adr import CameraAdr
@@ -206,27 +218,20 @@ def heads_for(cfg: LossConfig) -> dict[str, int]:
 
 
 def train_translator(
-    views: ViewSource,
-    validation: ViewSource,
-    cfg: TranslateConfig,
-    camera: CameraConfig,
-    validation_camera: CameraConfig,
-    out: Path,
-    seed: int,
-    judge: QFeatures | None = None,
+    cfg: TranslateConfig, inputs: Inputs, out: Path, seed: int, judge: QFeatures | None = None
 ) -> Path:
     """Trains RCAN in the folder `out`, or goes on there, and returns the best checkpoint.
 
-    `camera` is drawn from during training, `validation_camera` chooses the checkpoint. `judge`: the policy that
-    `cfg.q_function` names. Raises UserError where the configuration or the views do not fit, and as
-    `vision_s2r.training.train`.
+    `judge`: the policy that `cfg.q_function` names. Raises UserError where the configuration or the views do not fit,
+    and as `vision_s2r.training.train`.
     """
     check(cfg)
+    views, validation = inputs.views, inputs.validation
     if judge and judge.size != views.size:
         raise UserError(f"{cfg.q_function} judges pictures of {judge.size} px: the views have {views.size} px")
     check_views(cfg, views, validation, judged=judge is not None)
-    adr = CameraAdr(cfg.adr, Camera.from_config(camera), validation, seed, out) if cfg.adr.limits else None
-    method = partial(Rcan, cfg, camera, validation_camera, views, adr, judge)
+    adr = CameraAdr(cfg.adr, Camera.from_config(inputs.camera), validation, seed, out) if cfg.adr.limits else None
+    method = partial(Rcan, cfg, *inputs.cameras, views, adr, judge)
     return train(method, views, validation, cfg.training, out, seed).best
 
 

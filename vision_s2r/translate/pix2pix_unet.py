@@ -51,13 +51,13 @@ class Pix2PixUNet(nn.Module):
         return {"canonical": (self.up[-1](x).tanh() + 1) / 2}
 
 
-class Pix2Pix(Rcan):
+class Pix2PixUNetTraining(Rcan):
     """The translator's training with that network in place of its own, and all else the same.
 
     The losses can be those of the picture alone: the network gives nothing else.
     """
 
-    kind = "pix2pix"
+    kind = "pix2pix_unet"
 
     def __init__(
         self,
