@@ -7,6 +7,7 @@ from vision_s2r.config import Config
 from vision_s2r.contact import benchmark as contact_benchmark
 from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
+from vision_s2r.export import benchmark as export_benchmark
 from vision_s2r.joint import benchmark as joint_benchmark
 from vision_s2r.pipeline import pairs
 from vision_s2r.render import Views
@@ -30,6 +31,11 @@ def grasp(overrides: list[str]) -> None:
     views, validation = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
     policies = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]).grasp for form in forms.FORMS}
     forms.compare(policies, views, validation, cfg.scene, cfg.out)
+
+
+def export(cfg: Config) -> None:
+    """Milliseconds from a picture to a grasp, torch beside onnxruntime."""
+    export_benchmark.run(cfg.seed)
 
 
 def joint(cfg: Config) -> None:

@@ -21,6 +21,7 @@ from vision_s2r.config import Config
 from vision_s2r.control.config import ControlConfig
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.replay import ReplayConfig
+from vision_s2r.export.config import ExportConfig
 from vision_s2r.files import write
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.identify.config import IdentifyConfig
@@ -37,6 +38,7 @@ CONFIGURATIONS: dict[str, type] = {
     "diagnose": DiagnoseConfig,
     "replay": ReplayConfig,
     "import": ImportConfig,
+    "export": ExportConfig,
     "identify": IdentifyConfig,
     "gapbench": GapbenchConfig,
     "metrics": MetricsConfig,

@@ -273,6 +273,26 @@ _ALL = (
         **_CONTROL,
     ),
     Command(
+        "export translator",
+        VISUAL,
+        "A translator as ONNX, for programs without torch",
+        "vision_s2r.export:export_translator",
+        schema="vision_s2r.export:ExportConfig",
+        config="export",
+        examples=(("checkpoint=bin-64", "the released one"),),
+        result="network",
+    ),
+    Command(
+        "export policy",
+        VISUAL,
+        "A policy's Q as ONNX; the search for its best grasp stays outside",
+        "vision_s2r.export:export_policy",
+        schema="vision_s2r.export:ExportConfig",
+        config="export",
+        examples=(("checkpoint=bin-64-student", "the released one"),),
+        result="network",
+    ),
+    Command(
         "benchmark render",
         SPEED,
         "Pairs a second, against the engine's limit and the usual loop",
@@ -293,6 +313,13 @@ _ALL = (
         "vision_s2r.benchmarks:grasp",
         schema=None,
         keys=("grasp",),
+    ),
+    Command(
+        "benchmark export",
+        SPEED,
+        "Milliseconds from a picture to a grasp, torch beside onnxruntime",
+        "vision_s2r.benchmarks:export",
+        keys=("",),
     ),
     Command(
         "benchmark joint",
@@ -320,5 +347,6 @@ _ALL = (
 COMMANDS = {command.name: command for command in _ALL}
 FAMILIES = {
     "control": "Controllers of a joint's speed across the dynamics gap",
+    "export": "Trained networks for other programs",
     "benchmark": "Speed, side by side with the usual way",
 }

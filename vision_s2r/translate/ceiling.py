@@ -50,7 +50,7 @@ def _convolution(channels: int, side: int, batch: int, kind: torch.dtype, device
     return call
 
 
-def per_second(call: Callable[[], None], seconds: float) -> float:
+def per_second(call: Callable[[], object], seconds: float) -> float:
     """Calls a second, over at least one call and `seconds`."""
     start, count = time.perf_counter(), 0
     while count == 0 or time.perf_counter() - start < seconds:

@@ -23,7 +23,7 @@ class Translator:
         `depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1, if it gives any.
         """
         self.size = size
-        self._network = network.eval().requires_grad_(False)
+        self.network = network.eval().requires_grad_(False)
         self._depth_range = depth_range
 
     @classmethod
@@ -66,7 +66,10 @@ class Translator:
 
     @torch.no_grad()
     def _predict(self, images: Tensor) -> dict[str, Tensor]:
-        output = self._network(images.to(next(self._network.parameters()).device))
+        return self.read(self.network(images.to(next(self.network.parameters()).device)))
+
+    def read(self, output: dict[str, Tensor]) -> dict[str, Tensor]:
+        """What `predict` gives, of what the network gave."""
         found = {"canonical": output["canonical"].clamp(0, 1)}
         if "segmentation" in output:
             found["segmentation"] = output["segmentation"].softmax(1)
