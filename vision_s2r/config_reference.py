@@ -29,6 +29,7 @@ from vision_s2r.imports.config import ImportConfig
 from vision_s2r.metrics.config import MetricsConfig
 from vision_s2r.options import declared
 from vision_s2r.paths import CONFIGS
+from vision_s2r.translate.video import VideoConfig
 
 # By file of configs/: the configuration that it composes.
 CONFIGURATIONS: dict[str, type] = {
@@ -39,6 +40,7 @@ CONFIGURATIONS: dict[str, type] = {
     "replay": ReplayConfig,
     "import": ImportConfig,
     "export": ExportConfig,
+    "translate_video": VideoConfig,
     "identify": IdentifyConfig,
     "gapbench": GapbenchConfig,
     "metrics": MetricsConfig,

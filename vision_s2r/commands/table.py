@@ -273,6 +273,16 @@ _ALL = (
         **_CONTROL,
     ),
     Command(
+        "translate-video",
+        VISUAL,
+        "A camera's stream (a video, or a folder of pictures) beside its canonical view",
+        "vision_s2r.translate.video:translate_video",
+        schema="vision_s2r.translate.video:VideoConfig",
+        config="translate_video",
+        examples=(("source=bench.mp4 out=canonical.mp4", "by the released translator"),),
+        result="video",
+    ),
+    Command(
         "export translator",
         VISUAL,
         "A translator as ONNX, for programs without torch",
