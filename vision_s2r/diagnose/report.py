@@ -13,8 +13,9 @@ from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
 ALTERNATIVES = 3
+OPEN = ("partly_explained", "unexplained")  # verdicts that leave a part of the gap
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
-MORE = "Record more of it: more episodes, and faster, slower and longer motion than these."
+MORE = "Record more of it, under conditions that differ more from each other than these."
 
 
 def report(case: Case, assessor: Assessor, settled: Settled) -> dict[str, Any]:
@@ -175,11 +176,14 @@ def _undecided(case: Case, assessor: Assessor, found: Found) -> dict[str, float]
 def _next(
     case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment], not_excited: list[str], said: str
 ) -> str:
-    """The recording to make next; where the gap is unexplained, one that tells its likeliest explanations apart."""
+    """The recording to make next; where the gap is unexplained, one that tells its likeliest explanations apart.
+
+    It is empty only where nothing is left open.
+    """
     rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
     if said == "unexplained":
         rivals += _likeliest(case, assessor, found)
-    return case.experiment(rivals, not_excited) or (MORE if said == "unexplained" else "")
+    return case.experiment(rivals, not_excited) or (MORE if said in OPEN else "")
 
 
 def _likeliest(case: Case, assessor: Assessor, found: Found) -> list[Hypothesis]:
@@ -219,8 +223,7 @@ def _alternatives(case: Case, assessor: Assessor, found: Found) -> list[dict[str
 def _unexplained(case: Case, assessor: Assessor, settled: Settled, said: str) -> dict[str, Any]:
     """What the simulator leaves over the floor, where that lies, and which unknown function it needs."""
     found, gap = settled.found, settled.gap
-    open_gap = said not in ("no_gap", "explained")
-    places = where(case.samples(settled.simulator.hypothesis), assessor.seed) if open_gap else []
+    places = where(case.samples(settled.simulator.hypothesis), assessor.seed) if said in OPEN else []
     return {
         **_share(gap.share(gap.after - gap.floor)),
         "where": places,

@@ -68,6 +68,14 @@ def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path
     assert not case.refitted and "compliance" not in case.not_excited
 
 
+def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> None:
+    sealed("null", 0, tmp_path)
+    case = open_case(read(tmp_path))
+    asked = case.experiment([], sorted({*case.not_excited, "torque_saturation"}))
+    assert "deadband" in case.not_excited and "torque_saturation" in asked
+    assert not any(word in asked for word in ("target", "gain", "deadband", "velocity_limit", "acceleration_limit"))
+
+
 def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
     assert sealed("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
     report = reported(tmp_path)

@@ -8,6 +8,7 @@ import pytest
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.replay import replay
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
@@ -50,11 +51,14 @@ def test_a_perfect_servo_has_no_gap():
 
 def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_path):
     recording = a_servo(50.0, {"latency": {"delay": 0.013}})
-    report = json.loads(json.dumps(diagnose(recording, DiagnoseConfig()).to_dict()))
+    diagnosis = diagnose(recording, DiagnoseConfig())
+    report = json.loads(json.dumps(diagnosis.to_dict()))
     assert [effect["name"] for effect in report["effects"]] == ["latency"] and report["verdict"] == "explained"
     assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.013, rel=0.02)
     states = {line["name"]: line["status"] for line in report["candidates"]}
     assert states["torque_constant"] == "not_excited" and states["deadband"] != "not_excited"
+    asked = diagnosis.case.experiment([Hypothesis(), diagnosis.settled.simulator.hypothesis], ["torque_saturation"])
+    assert "arget in steps of" in asked and "rad about" in asked and "positions then differ" in asked
     again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])["gap"]
     assert {key: report["gap"][key] for key in again} == again
     rows = np.loadtxt(tmp_path / "replay.csv", delimiter=",", skiprows=1)

@@ -311,8 +311,9 @@ class JointCase:
         return self._scores[key]
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
-        """The recording to make next."""
-        return experiment(self._fitter, rivals, not_excited, self.noise)
+        """The recording to make next, for the drive that it has: what a servo alone can show is asked of servos."""
+        wanted = [name for name in not_excited if name not in self._apart]
+        return experiment(self._fitter, rivals, wanted, self.noise)
 
     def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
         """Effects of the hypothesis that the recording could not have shown beside its others, and why."""

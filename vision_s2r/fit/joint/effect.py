@@ -55,7 +55,8 @@ class JointFit:
     # is never said to be not excited.
     plausible: Callable[[Track, Row], Setting | None] | None = None
     not_excited: str = ""  # why a recording could not have shown it
-    # The motion that shows it; may hold {unit}, {quantity} (current), and {peak}, {slow}, {rate}, {fast} with formats.
+    # The motion that shows it; may hold {unit}, {quantity} (current, target), {effort} (torque), and {peak},
+    # {slow}, {rate}, {fast} with formats.
     excited_by: str = ""
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
     rough: bool = False  # its form is only roughly the same on any two machines

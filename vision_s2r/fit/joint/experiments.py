@@ -7,13 +7,14 @@ import numpy as np
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
+from vision_s2r.fit.joint.track import Track
 from vision_s2r.joint import simulate
 
 SECONDS = 8.0
 
 
 def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
-    """Candidate commands [samples] by what they are called."""
+    """Candidate commands [samples] about zero, by what they are called."""
     t = np.arange(round(SECONDS / sample_time)) * sample_time
     top = 0.1 / sample_time
     noise = np.random.default_rng(0)
@@ -32,21 +33,18 @@ def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
 
 
 def experiment(fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], noise: np.ndarray) -> str:
-    """One sentence, or two; empty where nothing is to be told apart and nothing was not_excited."""
+    """One sentence, or two; empty where nothing is to be told apart and nothing was not_excited.
+
+    Commands are what this recording's drive takes: current, torque or force, or the targets of a position servo, which
+    stay in the range that they had.
+    """
     track = fitter.track
-    peak = float(np.abs(track.command).max()) or 1.0
-    linear = track.units == "linear"
-    words = {
-        "unit": "A" if track.nominal.torque_constant != 1 else ("N" if linear else "N·m"),
-        "quantity": "current" if track.nominal.torque_constant != 1 else ("force" if linear else "torque"),
-        "peak": 1.5 * peak,
-        "slow": 0.2,
-        "rate": 2.0,
-        "fast": 0.2 / track.sample_time,
-    }
+    low, high = float(track.command.min()), float(track.command.max())
+    centre, peak = (0.5 * (low + high), 0.5 * (high - low)) if track.servo else (0.0, max(-low, high))
+    words = _words(track, centre, peak or 1.0)
     sentences = []
     if len(rivals) > 1:
-        sentences.append(_telling_apart(fitter, rivals, noise, peak).format(**words))
+        sentences.append(_telling_apart(fitter, rivals, noise, centre, peak or 1.0).format(**words))
     asked = {name: JOINT_FITS[name].excited_by for name in not_excited}
     wishes = [motion.format(**words) + f" would show {name}" for name, motion in asked.items() if motion]
     if wishes:
@@ -54,7 +52,30 @@ def experiment(fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: S
     return " ".join(sentences)
 
 
-def _telling_apart(fitter: JointFitter, rivals: Sequence[Hypothesis], noise: np.ndarray, peak: float) -> str:
+def _words(track: Track, centre: float, peak: float) -> dict[str, str | float]:
+    linear = track.units == "linear"
+    effort = "force" if linear else "torque"
+    if track.servo:
+        length = "m" if linear else "rad"
+        quantity, unit = "target", f"{length} about {centre:.3g} {length}"
+    elif track.nominal.torque_constant != 1:
+        quantity, unit = "current", "A"
+    else:
+        quantity, unit = effort, "N" if linear else "N·m"
+    return {
+        "unit": unit,
+        "quantity": quantity,
+        "effort": effort,
+        "peak": peak if track.servo else 1.5 * peak,
+        "slow": 0.2,
+        "rate": 2.0,
+        "fast": 0.2 / track.sample_time,
+    }
+
+
+def _telling_apart(
+    fitter: JointFitter, rivals: Sequence[Hypothesis], noise: np.ndarray, centre: float, peak: float
+) -> str:
     track = fitter.track
     commands = excitations(peak, track.sample_time)
     states = []
@@ -65,19 +86,20 @@ def _telling_apart(fitter: JointFitter, rivals: Sequence[Hypothesis], noise: np.
         states.append(
             simulate(
                 rows,
-                np.array(list(commands.values())),
-                np.zeros((len(commands), 2)),
+                np.array(list(commands.values())) + centre,
+                np.tile([centre if track.servo else 0.0, 0.0], (len(commands), 1)),
                 track.sample_time,
                 substeps=fitter.observer.substeps,
                 tables=space.tables,
                 threads=1,
             )[0]
         )
-    velocity = np.array(states)[..., 1]
-    spread = np.min([np.sqrt(np.mean((velocity[0] - other) ** 2, axis=1)) for other in velocity[1:]], axis=0)
+    channel = 0 if track.velocity is None else 1
+    shown = np.array(states)[..., channel]
+    spread = np.min([np.sqrt(np.mean((shown[0] - other) ** 2, axis=1)) for other in shown[1:]], axis=0)
     best = int(np.argmax(spread))
-    rate = "m/s" if track.units == "linear" else "rad/s"
+    unit = ("m" if track.units == "linear" else "rad") + ("/s" if channel else "")
     return (
-        f"Record {list(commands)[best]}: the rivals' velocities then differ by {spread[best]:.2g} {rate} (rms) where "
-        f"the noise is {np.sqrt(noise[-1]):.2g}."
+        f"Record {list(commands)[best]}: the rivals' {'velocities' if channel else 'positions'} then differ by "
+        f"{spread[best]:.2g} {unit} (rms) where the noise is {np.sqrt(noise[channel]):.2g}."
     )

@@ -28,6 +28,6 @@ JOINT_FITS.register(
         starts=starts,
         plausible=plausible,
         not_excited="the motor torque changes too little",
-        excited_by="steps between small and large {quantity} at like speed",
+        excited_by="small and large {effort} at like speed",
     ),
 )

@@ -32,7 +32,7 @@ JOINT_FITS.register(
         starts=starts,
         plausible=plausible,
         not_excited="the torque never comes near a plausible limit",
-        excited_by="full {quantity}, steps of ±{peak:.3g} {unit} or more",
+        excited_by="{quantity} in steps of ±{peak:.3g} {unit} or more",
         confusable=frozenset({"torque_speed_limit"}),
     ),
 )

@@ -38,6 +38,6 @@ JOINT_FITS.register(
         starts=starts,
         plausible=plausible,
         not_excited="the speed is never high under torque",
-        excited_by="full {quantity} held in one direction until the speed stops rising",
+        excited_by="full {effort} in one direction until the speed stops rising",
     ),
 )
