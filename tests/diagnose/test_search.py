@@ -60,6 +60,13 @@ def test_a_twin_that_fits_as_well_is_confusable_and_asks_for_another_recording()
     assert found["next_experiment"].startswith("2 rivals")
 
 
+def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_noise_is_left_without_it() -> None:
+    whole, slight = (diagnosed(recording(7, wave=10.0, step=size)) for size in (0.6, 0.06))
+    assert names(whole) == {"wave", "step"} and names(slight) == {"wave"}
+    assert min(effect["share"] for effect in whole["effects"]) < 0.01
+    assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
+
+
 def test_what_no_effect_explains_is_unexplained_and_located() -> None:
     other = 0.5 * np.exp(-(((T - 0.9) / 0.05) ** 2))
     found = diagnosed(recording(4, other=other), withheld=frozenset({"step", "late_step"}))

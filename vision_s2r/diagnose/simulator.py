@@ -17,7 +17,8 @@ from vision_s2r.fit.gap import Gap, Share
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
-LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone
+LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
+NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part
 
 
 @dataclass(frozen=True)
@@ -56,8 +57,10 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         parts = shapley(case, assessor, simulator.names, simulator.folds)
         weak = [
             name
-            for name in sorted(found.effects)
-            if _slight(gap.share(parts[name])) and _slight(gap.share(_beside(case, assessor, simulator, name)))
+            for name in sorted(found.effects - frozenset(case.certain))
+            if _slight(gap.share(parts[name]))
+            and _slight(gap.share(_beside(case, assessor, simulator, name)))
+            and not _needed(assessor, found, name)
         ]
         if not weak:
             return Settled(found, simulator, gap, parts, harmful, slight)
@@ -70,6 +73,15 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
 
 def _slight(share: Share) -> bool:
     return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
+
+
+def _needed(assessor: Assessor, found: Found, name: str) -> bool:
+    """Whether without this name more than noise is left, and most of that is its own.
+
+    Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it.
+    """
+    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
 
 
 def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> np.ndarray:
