@@ -23,6 +23,7 @@ from vision_s2r.scene import (
     textures,
 )
 from vision_s2r.scene.appearance import CANONICAL_LIGHT, Light
+from vision_s2r.scene.config import AppearanceConfig, check
 
 CFG = SceneConfig()
 
@@ -126,9 +127,28 @@ def test_shadows_fall(states, renderer):
     assert not CANONICAL_LIGHT.shadow
 
 
-def test_real_shares_no_texture_family_with_randomized(states):
+def test_the_real_look_stays_out_of_training(states, renderer):
     assert all(real(CFG, state).light.shadow and real(CFG, state).bank == "real" for state in states)
-    assert not set(textures.RANDOMIZED) & set(textures.REAL)
+    assert all(randomized(CFG, state).bank == "randomized" for state in states)
+    drawn, tested = ({path.stem.partition("-")[2] for path in renderer.banks[bank]} for bank in ("randomized", "real"))
+    assert drawn == set(textures.RANDOMIZED) and tested == set(textures.REAL)
+    kinds = [textures.RANDOMIZED, textures.HELD_OUT, textures.REAL]
+    assert sum(map(len, kinds)) == len({family for kind in kinds for family in kind.values()})
+    for name in textures.REAL:
+        with pytest.raises(UserError, match=rf"no family '{name}' for training"):
+            check(SceneConfig(appearance=AppearanceConfig(families=["flat", name])))
+
+
+def test_families_held_out_make_a_look_of_their_own():
+    with Renderer(SceneConfig(appearance=AppearanceConfig(families=["bricks", "plaid"], textures=8))) as renderer:
+        assert {path.stem.partition("-")[2] for path in renderer.banks["randomized"]} == {"bricks", "plaid"}
+
+
+def test_some_objects_are_made_of_what_the_floor_is_made_of(states):
+    looks = [randomized(CFG, state, view) for state in states for view in range(20)]
+    alike = [surface == look.parts["bin_floor"] for look in looks for surface in look.objects]
+    assert 0.08 < np.mean(alike) < 0.25
+    assert not any(surface == real(CFG, s).parts["bin_floor"] for s in states for surface in real(CFG, s).objects)
 
 
 def test_the_arm_reaches_where_its_joints_say():

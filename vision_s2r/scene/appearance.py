@@ -5,7 +5,7 @@ rendered in `renderer.py`.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,6 +70,7 @@ class LightRanges:
 
 
 RANDOMIZED_LIGHT = LightRanges(Range(0.0, 0.8), Range(0.3, 0.7), Range(0.3, 0.8), Range(0.0, 0.6))
+ALIKE = 0.15  # how many objects of the randomized look are made of what the floor is made of
 RANDOMIZED_TINT = Range(0.75, 1.0)  # of each colour of the light
 REAL_LIGHT = LightRanges(Range(0.8, 1.05), Range(0.35, 0.5), Range(0.55, 0.85), Range(0.2, 0.8))
 
@@ -127,7 +128,10 @@ def canonical(state: SceneState) -> Appearance:
 
 
 def randomized(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance:
-    """Every surface textured and tinted at random, one light of random direction and colour, distractors."""
+    """Every surface textured and tinted at random, one light of random direction and colour, distractors.
+
+    Some objects are made of what the floor is made of.
+    """
     rng = generator(state.seed, state.index, Stream.RANDOMIZED, view)
 
     def surface() -> Surface:
@@ -142,7 +146,11 @@ def randomized(cfg: SceneConfig, state: SceneState, view: int = 0) -> Appearance
         specular=float(RANDOMIZED_LIGHT.specular.uniform(rng)),
         shadow=bool(rng.uniform() < 0.7),
     )
-    return _dress("randomized", cfg, state, rng, surface, light)
+    look = _dress("randomized", cfg, state, rng, surface, light)
+    floor = look.parts["bin_floor"]
+    alike = rng.uniform(size=len(look.objects)) < ALIKE
+    objects = (floor if same else own for same, own in zip(alike, look.objects, strict=True))
+    return replace(look, objects=tuple(objects))
 
 
 def real(cfg: SceneConfig, state: SceneState) -> Appearance:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from vision_s2r.options import option, validate
 from vision_s2r.randomize import Range
+from vision_s2r.scene import textures
 
 MAX_OBJECTS = 8
 MAX_DISTRACTORS = 8
@@ -61,8 +62,13 @@ class ViewpointConfig:
 class AppearanceConfig:
     """The bank of procedural textures, and how many distractors lie around the bin."""
 
+    families: list[str] = option(
+        [],
+        "Texture families of the randomized look, by name; empty: all that training draws. bricks, plaid, confetti, "
+        "contours and scribble are held out: a look to tune on.",
+    )
     textures: int = option(
-        320, "How many the randomized look draws from; the families of the two looks never overlap.", low=8
+        1700, "How many the randomized look draws from; the families of the two looks never overlap.", low=8
     )
     real_textures: int = option(96, "How many the real look draws from.", low=8)
     texture_size: int = option(64, "Side of a texture, which covers 12 cm of surface, pixels.", low=8)
@@ -91,3 +97,4 @@ def check(cfg: SceneConfig) -> None:
     validate(cfg, "scene")
     Range(*cfg.objects.count, where="scene.objects.count")
     Range(*cfg.appearance.distractors, where="scene.appearance.distractors")
+    textures.chosen(cfg.appearance.families)

@@ -42,7 +42,9 @@ class Renderer:
         self.client = pybullet.connect(pybullet.DIRECT)
         look = cfg.appearance
         self.banks = {
-            "randomized": textures.bank(textures.RANDOMIZED, look.textures, look.texture_size, look.texture_seed),
+            "randomized": textures.bank(
+                textures.chosen(look.families), look.textures, look.texture_size, look.texture_seed
+            ),
             "real": textures.bank(textures.REAL, look.real_textures, look.texture_size, look.texture_seed),
         }
         self.textures = {name: [self._texture(path) for path in paths] for name, paths in self.banks.items()}

@@ -1,4 +1,4 @@
-"""Procedural texture families: those that training draws, and others kept for the "real" appearance.
+"""Procedural texture families: those that training draws, others to tune on, and those of the "real" appearance.
 
 A bank is a folder of PNG files in the cache, made once: PyBullet reads textures from files only.
 """
@@ -6,17 +6,30 @@ A bank is a folder of PNG files in the cache, made once: PyBullet reads textures
 import hashlib
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 
+from vision_s2r.errors import UserError, nearest
 from vision_s2r.scene.cache import cache
 
-VERSION = 2  # part of a bank's name: raise it when a family changes
+VERSION = 3  # part of a bank's name: raise it when a family changes
 Texture = np.ndarray  # float [S, S, 3] in [0, 1]
 Family = Callable[[np.random.Generator, int], Texture]
+
+
+def chosen(names: Sequence[str]) -> dict[str, Family]:
+    """The families of these names, of those that training draws or that are held out; none: all that training draws.
+
+    Raises UserError for another name; the real look's are another.
+    """
+    known = RANDOMIZED | HELD_OUT
+    for name in names:
+        if name not in known:
+            raise UserError(f"scene.appearance.families: no family '{name}' for training, {nearest(name, known)}")
+    return {name: known[name] for name in names} if names else RANDOMIZED
 
 
 def bank(families: dict[str, Family], count: int, size: int, seed: int) -> list[Path]:
@@ -137,7 +150,7 @@ def _threshold(rng: np.random.Generator, size: int) -> Texture:
     return _blend(mask, *_colours(rng, 2))
 
 
-RANDOMIZED: dict[str, Family] = {
+PLAIN: dict[str, Family] = {
     "flat": _flat,
     "gradient": _gradient,
     "checker": _checker,
@@ -149,6 +162,130 @@ RANDOMIZED: dict[str, Family] = {
     "speckle": _speckle,
     "rings": _rings,
     "threshold": _threshold,
+}
+
+
+def _plain(rng: np.random.Generator, size: int) -> Texture:
+    """Of any plain family."""
+    return list(PLAIN.values())[rng.integers(len(PLAIN))](rng, size)
+
+
+def _collage(rng: np.random.Generator, size: int) -> Texture:
+    """Pieces of some textures laid on another, one over the other (dead leaves: Lee, Mumford and Huang 2001)."""
+    page = _plain(rng, size)
+    sheets = [_plain(rng, size) for _ in range(rng.integers(1, 4))]
+    for _ in range(rng.integers(2, 16)):
+        piece = np.zeros((size, size), np.uint8)
+        centre, reach = rng.uniform(0, size, size=2), rng.uniform(0.05, 0.3) * size
+        corners = rng.integers(3, 9)
+        turns = np.sort(rng.uniform(0, 2 * np.pi, size=corners))
+        if rng.uniform() < 0.5:  # a rectangle
+            turns = rng.uniform(0, np.pi) + np.array([-1, 1, np.pi - 1, np.pi + 1]) * rng.uniform(0.2, 1)
+        outline = centre + reach * np.stack([np.cos(turns), np.sin(turns)], axis=1)
+        cv2.fillPoly(piece, [np.round(outline).astype(np.int32)], 1)
+        page = np.where(piece[..., None] > 0, sheets[rng.integers(len(sheets))], page)
+    return page
+
+
+def _patchwork(rng: np.random.Generator, size: int) -> Texture:
+    """Fields of some textures beside each other."""
+    rows, columns = rng.integers(2, 9, size=2)
+    sheets = np.stack([_plain(rng, size) for _ in range(rng.integers(2, 5))])
+    x, y = _grid(size)
+    which = rng.integers(len(sheets), size=(rows, columns))[(y * rows).astype(int), (x * columns).astype(int)]
+    return np.take_along_axis(sheets, which[None, ..., None], axis=0)[0]
+
+
+def _mixture(rng: np.random.Generator, size: int) -> Texture:
+    """Two textures, one showing through the other."""
+    mask = _noise(rng, size, int(rng.integers(1, 4)))
+    sharp = 10 ** rng.uniform(0, 1.5)
+    return _blend((0.5 + sharp * (mask - rng.uniform(0.3, 0.7))).clip(0, 1), _plain(rng, size), _plain(rng, size))
+
+
+def _muted(rng: np.random.Generator, size: int) -> Texture:
+    """A texture with little contrast and little colour."""
+    picture = _plain(rng, size) if rng.uniform() < 0.5 else _mixture(rng, size)
+    grey = picture.mean(axis=-1, keepdims=True)
+    dull = grey + rng.uniform(0, 0.6) * (picture - grey)
+    tone = rng.uniform(0.15, 0.9) + rng.uniform(-0.1, 0.1, size=3)
+    return tone + rng.uniform(0.1, 0.6) * (dull - dull.mean())
+
+
+def _warped(rng: np.random.Generator, size: int) -> Texture:
+    """A texture, drawn out of shape."""
+    x, y = _grid(size)
+    reach = rng.uniform(0.05, 0.4)
+    places = [axis + reach * _noise(rng, size, int(rng.integers(1, 4))) for axis in (x, y)]
+    picture = _plain(rng, size).astype(np.float32)
+    return cv2.remap(
+        picture, *((place % 1 * size).astype(np.float32) for place in places), cv2.INTER_NEAREST, None, cv2.BORDER_WRAP
+    )
+
+
+def _spectrum(rng: np.random.Generator, size: int) -> Texture:
+    """Noise whose heights have several colours."""
+    colours = _colours(rng, int(rng.integers(3, 7)))
+    height = _noise(rng, size, int(rng.integers(1, 6))) * (len(colours) - 1)
+    return np.stack([np.interp(height, np.arange(len(colours)), channel) for channel in colours.T], axis=-1)
+
+
+RANDOMIZED: dict[str, Family] = PLAIN | {
+    "collage": _collage,
+    "patchwork": _patchwork,
+    "mixture": _mixture,
+    "muted": _muted,
+    "warped": _warped,
+    "spectrum": _spectrum,
+}
+
+
+def _bricks(rng: np.random.Generator, size: int) -> Texture:
+    x, y = _grid(size)
+    rows = int(rng.integers(2, 6)) * 2
+    row = np.floor(y * rows)
+    across = (x * rows / 2 + 0.5 * (row % 2)) % (rows // 2)
+    joint = (y * rows % 1 < 0.15) | (across % 1 < 0.08)
+    stones = _colours(rng, 1)[0] * rng.uniform(0.7, 1.2, size=(rows, rows // 2, 1))
+    return np.where(joint[..., None], _colours(rng, 1)[0], stones[row.astype(int), across.astype(int)])
+
+
+def _plaid(rng: np.random.Generator, size: int) -> Texture:
+    bands = int(rng.integers(4, 9))
+    threads = np.repeat(_colours(rng, bands), rng.integers(1, size // 4, size=bands), axis=0)
+    threads = np.resize(threads, (size, 3))
+    return (threads[None] + threads[:, None]) / 2
+
+
+def _confetti(rng: np.random.Generator, size: int) -> Texture:
+    page = np.tile(_colours(rng, 1)[0], (size, size, 1))
+    for colour in _colours(rng, int(rng.integers(10, 60))):
+        top, left = rng.integers(0, size, size=2)
+        height, width = rng.integers(2, size // 6, size=2)
+        page[top : top + height, left : left + width] = colour
+    return page
+
+
+def _contours(rng: np.random.Generator, size: int) -> Texture:
+    height = _noise(rng, size, int(rng.integers(1, 4))) * rng.integers(3, 9)
+    return _blend((height % 1 < rng.uniform(0.1, 0.3)).astype(float), *_colours(rng, 2))
+
+
+def _scribble(rng: np.random.Generator, size: int) -> Texture:
+    page = np.tile(_colours(rng, 1)[0], (size, size, 1))
+    for colour in _colours(rng, int(rng.integers(1, 4))):
+        line = np.cumsum(rng.normal(0, size / 12, size=(60, 2)), axis=0) + rng.uniform(0, size, size=2)
+        cv2.polylines(page, [np.round(line % size).astype(np.int32)], False, colour.tolist(), int(rng.integers(1, 3)))
+    return page
+
+
+# Never trained on unless they are asked for by name: a look to tune on that is not the one that is tested.
+HELD_OUT: dict[str, Family] = {
+    "bricks": _bricks,
+    "plaid": _plaid,
+    "confetti": _confetti,
+    "contours": _contours,
+    "scribble": _scribble,
 }
 
 

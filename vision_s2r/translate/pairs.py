@@ -1,5 +1,7 @@
 """Pairs to learn from: a source picture as a camera sees it, and what its canonical view is."""
 
+from itertools import permutations
+
 import torch
 from torch import Tensor
 
@@ -10,6 +12,7 @@ from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, ViewSource
 from vision_s2r.translate.config import TranslateConfig
 
+HUES = torch.tensor(list(permutations(range(3))))  # places of the colours
 TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
 CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a judge reads beside the pictures
 
@@ -27,11 +30,16 @@ class Pairs:
         self._margin, self._depth_range = margin, depth_range
 
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
-        """The tensors of a training step, one randomized picture of each scene as its source."""
+        """The tensors of a training step, one randomized picture of each scene as its source.
+
+        Its colours change places: textures and light are drawn alike for each, so that this is a picture as likely.
+        """
         batch = {name: views.batch(name, draw.indices) for name in self.names}
         randomized = views.batch("randomized", draw.indices)
         which = draw.integers(randomized.shape[1])
-        return batch | {"source": randomized[torch.arange(len(which)), which]}
+        source = randomized[torch.arange(len(which)), which]
+        colours = HUES[draw.integers(len(HUES))]
+        return batch | {"source": source.gather(-1, colours[:, None, None].expand(source.shape))}
 
     def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
         """The tensors of held-out scenes, the (first) picture of a look as the source."""
