@@ -22,8 +22,10 @@ from vision_s2r.scene import CLASSES, nominal_camera, palette
 from vision_s2r.scene.config import ViewpointConfig
 from vision_s2r.training import Inputs, TrainingConfig, released
 from vision_s2r.training.checkpoint import load, load_state, save
+from vision_s2r.training.data import Draw
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
 from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
+from vision_s2r.translate.pairs import ORDERS, Pairs
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 SIZE, MARGIN, VIEWS = 32, 2, 2
@@ -38,6 +40,7 @@ TINY = TranslateConfig(
     ),
     validate_on="randomized",
     pictures=2,
+    shuffle_colours=False,  # objects are told by their red
 )
 
 
@@ -111,6 +114,20 @@ def test_it_learns_the_canonical_view(trained: Path) -> None:
     # the metric is that of the released translator (whose pictures are rounded to 8 bits here)
     assert float((translated - canonical).abs().mean()) == pytest.approx(metrics["l1"], abs=2e-3)
     assert (trained.parent / "pictures" / "translation-0000160.png").exists()
+
+
+def test_colours_of_a_training_picture_change_places_and_nothing_else_does() -> None:
+    views, draw = Rectangles(48, 0), lambda: Draw(0, 5, 48, 32)
+    plain, shuffled = (Pairs(replace(TINY, shuffle_colours=on), MARGIN, (0.6, 0.8)) for on in (False, True))
+    before, after = plain.drawn(views, draw()), shuffled.drawn(views, draw())
+    assert all(torch.equal(before[name], after[name]) for name in before if name != "source")
+    assert torch.equal(before["source"].sort(-1).values, after["source"].sort(-1).values)
+    orders = [
+        next(k for k, order in enumerate(ORDERS) if torch.equal(one[..., order], other))
+        for one, other in zip(before["source"], after["source"], strict=True)
+    ]
+    assert set(orders) == set(range(len(ORDERS)))
+    assert torch.equal(after["source"], shuffled.drawn(views, draw())["source"])
 
 
 def test_interrupted_and_resumed_equals_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,7 +68,7 @@ class AppearanceConfig:
         "contours and scribble are held out: a look to tune on.",
     )
     textures: int = option(
-        1700, "How many the randomized look draws from; the families of the two looks never overlap.", low=8
+        850, "How many the randomized look draws from; the families of the two looks never overlap.", low=8
     )
     real_textures: int = option(96, "How many the real look draws from.", low=8)
     texture_size: int = option(64, "Side of a texture, which covers 12 cm of surface, pixels.", low=8)

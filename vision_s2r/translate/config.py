@@ -88,6 +88,11 @@ class TranslateConfig:
         ),
         "The training loop; metrics: l1, object_l1, psnr, ssim, object_iou, depth_error, q_difference, auc.",
     )
+    shuffle_colours: bool = option(
+        True,
+        "Whether red, green and blue of a training picture change places: where textures and light are drawn alike for "
+        "each, that is a picture as likely, and six times as many.",
+    )
     adr: CameraAdrConfig = option(CameraAdrConfig, "Automatic domain randomization of the camera that trains.")
     q_function: str = option(
         "",

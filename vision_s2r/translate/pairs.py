@@ -12,7 +12,7 @@ from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, ViewSource
 from vision_s2r.translate.config import TranslateConfig
 
-HUES = torch.tensor(list(permutations(range(3))))  # places of the colours
+ORDERS = torch.tensor(list(permutations(range(3))))  # of red, green and blue
 TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
 CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a judge reads beside the pictures
 
@@ -25,6 +25,7 @@ class Pairs:
 
         `judged`: whether a policy judges the pictures: targets then have its camera, held-out ones labelled grasps.
         """
+        self._shuffles = cfg.shuffle_colours
         self._rectifies, self._labels = rectifies(cfg), LABELS if judged else ()
         self.names = needed(cfg, judged)
         self._margin, self._depth_range = margin, depth_range
@@ -32,14 +33,16 @@ class Pairs:
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
         """The tensors of a training step, one randomized picture of each scene as its source.
 
-        Its colours change places: textures and light are drawn alike for each, so that this is a picture as likely.
+        With `shuffle_colours` red, green and blue change places.
         """
         batch = {name: views.batch(name, draw.indices) for name in self.names}
         randomized = views.batch("randomized", draw.indices)
         which = draw.integers(randomized.shape[1])
         source = randomized[torch.arange(len(which)), which]
-        colours = HUES[draw.integers(len(HUES))]
-        return batch | {"source": source.gather(-1, colours[:, None, None].expand(source.shape))}
+        if self._shuffles:
+            order = ORDERS[draw.integers(len(ORDERS))]
+            source = source.gather(-1, order[:, None, None].expand(source.shape))
+        return batch | {"source": source}
 
     def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
         """The tensors of held-out scenes, the (first) picture of a look as the source."""
