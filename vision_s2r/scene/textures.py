@@ -217,10 +217,8 @@ def _warped(rng: np.random.Generator, size: int) -> Texture:
     x, y = _grid(size)
     reach = rng.uniform(0.05, 0.4)
     places = [axis + reach * _noise(rng, size, int(rng.integers(1, 4))) for axis in (x, y)]
-    picture = _plain(rng, size).astype(np.float32)
-    return cv2.remap(
-        picture, *((place % 1 * size).astype(np.float32) for place in places), cv2.INTER_NEAREST, None, cv2.BORDER_WRAP
-    )
+    across, down = ((place % 1 * size).astype(int) for place in places)
+    return _plain(rng, size)[down, across]
 
 
 def _spectrum(rng: np.random.Generator, size: int) -> Texture:
