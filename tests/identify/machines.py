@@ -7,19 +7,22 @@ from vision_s2r.joint import Nominal, pack, simulate
 from vision_s2r.recording import JointRecording
 
 
-def steps(episodes: int = 4, samples: int = 600, largest: float = 1.8) -> np.ndarray:
+def steps(episodes: int = 4, samples: int = 600, largest: float = 1.8, seed: int = 1) -> np.ndarray:
     """Currents [E, T] that change at random five times a second."""
-    drawn = np.random.default_rng(1).uniform(-largest, largest, (episodes, samples // 20))
+    drawn = np.random.default_rng(seed).uniform(-largest, largest, (episodes, samples // 20))
     return np.repeat(drawn, 20, axis=1)
 
 
 def a_log(
-    effects: dict[str, dict[str, float]], command: np.ndarray | None = None, noise: tuple[float, float] = (1e-4, 1e-3)
+    effects: dict[str, dict[str, float]],
+    command: np.ndarray | None = None,
+    noise: tuple[float, float] = (1e-4, 1e-3),
+    seed: int = 0,
 ) -> JointRecording:
     """What sensors of this noise (rad, rad/s) show of the nominal joint with these effects, 100 times a second."""
     command = steps() if command is None else command
     states = simulate(pack(Nominal(**NOMINAL), effects)[None], command, np.zeros((len(command), 2)), 0.01)[0]
-    states = states + np.random.default_rng(0).normal(size=states.shape) * noise
+    states = states + np.random.default_rng(seed).normal(size=states.shape) * noise
     return JointRecording(
         nominal=NOMINAL,
         sample_time=0.01,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from machines import a_log, steps
-from recordings import EMPS, needs_emps
+from recordings import EMPS, NOMINAL, needs_emps
 
 from vision_s2r.errors import UserError
 from vision_s2r.identify import IdentifyConfig, identify
@@ -33,6 +33,19 @@ def test_linear_parameters_come_out():
     assert np.diag(found.estimate.correlation) == pytest.approx(1.0)
 
 
+def test_intervals_hold_the_truth():
+    true = {"viscous_damping": 0.15, "coulomb_friction": 0.05, "gravity_torque": 0.1, "bias_torque": 0.02}
+    effects = {name: {"value": value} for name, value in true.items()}
+    held = []
+    for seed in range(8):
+        log = a_log(effects, steps(4, 1000, seed=seed), noise=(3e-4, 5e-3), seed=seed)
+        found = identify(log, IdentifyConfig(method="inverse")).estimate.intervals
+        for name, value in (*true.items(), ("inertia", NOMINAL["inertia"])):
+            low, high = found[name]["value"]
+            held.append(low <= value <= high)
+    assert np.mean(held) >= 0.85, held
+
+
 def test_effects_that_are_not_linear_are_refused():
     with pytest.raises(UserError, match="no torque is linear in backlash alone, expected method=forward"):
         identify(a_log({}), IdentifyConfig(method="inverse", effects=["backlash"]))
@@ -49,7 +62,9 @@ def test_filters_need_their_length():
 @pytest.mark.parametrize("model", MODELS)
 def test_a_real_axis_comes_out_as_published(model):
     estimation, pulses = read(EMPS / "estimation"), read(EMPS / "validation_pulses", hold_out=False)
-    column = compare(MODELS[model], estimation, pulses, *METHODS["inverse, force as sampled"])
+    column = compare(MODELS[model], estimation, pulses, *METHODS["inverse, as published"])
     for row, published in MODELS[model].published.items():
-        tolerance = 0.02 if row in ERRORS else 0.0025  # errors were published to two digits
-        assert column[row]["value"] == pytest.approx(published, rel=tolerance), row
+        if row in ERRORS:  # published to two digits; accelerations of high order leave less
+            assert 0.97 * published < column[row]["value"] < 1.02 * published, row
+        else:
+            assert column[row]["value"] == pytest.approx(published, rel=0.0025), row

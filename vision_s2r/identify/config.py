@@ -27,7 +27,12 @@ class InverseConfig:
     held: bool = option(
         True,
         "Whether the command is held between samples, as recordings have it; then the torque at a sample is the mean "
-        "of the command before it and the one after it.",
+        "of the commands around it, to fourth order.",
+    )
+    reversals: bool = option(
+        False,
+        "Whether what is measured around reversals counts, slower than a twentieth of the fastest: the joint may stick "
+        "there, which makes dry friction seem smaller.",
     )
 
 

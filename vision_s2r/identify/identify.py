@@ -72,8 +72,8 @@ def validate(identified: Identified, recording: JointRecording, cfg: InverseConf
 
 
 def torque_error(recording: JointRecording, values: Values, cfg: InverseConfig) -> dict[str, float]:
-    """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, before and after these effects, all linear."""
-    rows = regression(recording, cfg, np.zeros(recording.position.shape, dtype=int))
+    """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, reversals and all, before and after effects, all linear."""
+    rows = regression(recording, replace(cfg, reversals=True), np.zeros(recording.position.shape, dtype=int))
     return {key: rows.error(recording.nominal, given) for key, given in (("before", {}), ("after", values))}
 
 
