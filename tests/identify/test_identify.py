@@ -1,5 +1,6 @@
 """Machines with known effects come out as they are, with what is unsure said to be so."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -97,3 +98,35 @@ def test_a_joint_that_never_moves_at_all():
     still = a_log({}, np.zeros((3, 300)), noise=(0.0, 0.0))
     with pytest.raises(UserError, match="the joint never moves"):
         identify(still, IdentifyConfig())
+
+
+def test_several_recordings_of_a_joint_together(tmp_path):
+    """What one shows and the other does not: dry friction from slow motion, inertia from fast."""
+    truth = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}, "inertia": {"value": 0.018}}
+    logs = [
+        a_log(truth, steps(2, samples, largest, seed), seed=seed)
+        for seed, samples, largest in ((2, 300, 0.4), (3, 400, 1.8))
+    ]
+    folders = [str(write(log, tmp_path / name)) for name, log in zip("ab", logs, strict=True)]
+    apart = identify_all(IdentifyConfig(recording=folders, out=str(tmp_path / "apart")))
+    (path,) = identify_all(IdentifyConfig(recording=folders, together=True, out=str(tmp_path / "out")))
+
+    def widths(file):
+        effects = json.loads(file.read_text())["effects"]
+        return {each["name"]: np.ptp(each["parameters"]["value"]["ci"]) for each in effects}
+
+    one, together = [widths(each) for each in apart], widths(path)
+    for name, given in truth.items():
+        assert together[name] < min(each.get(name, np.inf) for each in one), name
+        low, high = next(e for e in json.loads(path.read_text())["effects"] if e["name"] == name)["parameters"][
+            "value"
+        ]["ci"]
+        assert low <= given["value"] <= high, name
+
+
+def test_recordings_that_are_not_of_one_joint_are_not_joined(tmp_path):
+    one = a_log({})
+    heavier = dataclasses.replace(one, nominal=NOMINAL | {"inertia": 0.03})
+    folders = [str(write(log, tmp_path / name)) for name, log in (("a", one), ("b", heavier))]
+    with pytest.raises(UserError, match=r"differ in nominal inertia, 0\.02 and 0\.03"):
+        identify_all(IdentifyConfig(recording=folders, together=True, out=str(tmp_path / "out")))

@@ -66,6 +66,9 @@ class IdentifyConfig:
         choices=("", *EXAMPLES),
     )
     recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
+    together: bool = option(
+        False, "Whether several recordings are of one joint, identified together; else each by itself."
+    )
     effects: list[str] = option(
         [],
         "Effects that the joint is taken to have, beside the nominal parameters, which are always identified …",

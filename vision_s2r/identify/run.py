@@ -9,12 +9,14 @@ from vision_s2r.identify.config import IdentifyConfig, check
 from vision_s2r.identify.identify import identify, torque_error, validate
 from vision_s2r.recording import JointRecording, read
 from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.recording.joined import joined
 
 
 def identify_all(cfg: IdentifyConfig) -> list[Path]:
     """Identify the joints of cfg's recordings, each into its folder, and print what was found; or run an example.
 
-    One recording lands in `cfg.out`, of several each in a folder of `cfg.out` with its name. Returns the files to look
+    One recording, or several together, land in `cfg.out`, else of several each in a folder of `cfg.out` with its name.
+    Returns the files to look
     at first: identified.json, or what the example wrote.
     """
     check(cfg)
@@ -24,7 +26,9 @@ def identify_all(cfg: IdentifyConfig) -> list[Path]:
     if cfg.example == "emps":
         estimation, pulses = (joint(given[0] / name, hold_out=False) for name in ("estimation", "validation_pulses"))
         return [emps.run(estimation, pulses, Path(cfg.out))]
-    return [_identify_into(folder, out, cfg) for folder, out in zip(given, outputs(cfg.out, given), strict=True)]
+    if cfg.together:
+        return [_identify_into(given, Path(cfg.out), cfg)]
+    return [_identify_into([folder], out, cfg) for folder, out in zip(given, outputs(cfg.out, given), strict=True)]
 
 
 def joint(folder: Path, hold_out: bool = True) -> JointRecording:
@@ -35,13 +39,13 @@ def joint(folder: Path, hold_out: bool = True) -> JointRecording:
     return recording
 
 
-def _identify_into(folder: Path, out: Path, cfg: IdentifyConfig) -> Path:
-    recording = joint(folder)
+def _identify_into(given: list[Path], out: Path, cfg: IdentifyConfig) -> Path:
+    recording = joined([joint(folder) for folder in given])
     other = joint(Path(cfg.validate), hold_out=False) if cfg.validate else None
     try:
         found = identify(recording, cfg)
     except UserError as error:
-        raise UserError(f"{folder}: {error}") from error
+        raise UserError(f"{', '.join(map(str, given))}: {error}") from error
     if cfg.method == "inverse":
         found = replace(found, errors={"torque_error": torque_error(recording, found.values, cfg.inverse)})
     if other:

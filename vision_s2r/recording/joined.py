@@ -1,0 +1,67 @@
+"""Several recordings of one joint as one."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+
+from vision_s2r.errors import UserError
+from vision_s2r.recording.data import JointRecording
+from vision_s2r.recording.joint import CONTROL, NOMINAL
+
+OPTIONAL = ("velocity", "times", "supply", "external")  # which all have, or none
+
+
+def joined(recordings: Sequence[JointRecording]) -> JointRecording:
+    """The episodes of recordings of one joint, numbered from 0 in the order given.
+
+    Raises UserError where they are not of one simulator, sampled alike, with the same columns.
+    """
+    first = recordings[0]
+    for other in recordings[1:]:
+        for (name, one), two in zip(_simulator(first).items(), _simulator(other).values(), strict=True):
+            if one != two:
+                raise UserError(
+                    f"recordings differ in {name}, {one} and {two}: expected recordings of one joint, alike"
+                )
+        for name in OPTIONAL:
+            if (getattr(first, name) is None) != (getattr(other, name) is None):
+                raise UserError(f"some recordings have {name}, others have none: expected the same columns in all")
+    samples = max(each.position.shape[1] for each in recordings)
+
+    def stacked(name: str, fill: float) -> np.ndarray:
+        parts = [getattr(each, name) for each in recordings]
+        return np.concatenate([np.pad(x, ((0, 0), (0, samples - x.shape[1])), constant_values=fill) for x in parts])
+
+    optional = {"velocity": np.nan, "supply": 1.0, "external": 0.0}
+    given: dict[str, Any] = {
+        name: stacked(name, fill) for name, fill in optional.items() if getattr(first, name) is not None
+    }
+    lengths = np.concatenate([each.lengths for each in recordings])
+    return replace(
+        first,
+        command=stacked("command", 0.0),
+        position=stacked("position", np.nan),
+        lengths=lengths,
+        episodes=tuple(range(len(lengths))),
+        times=_times(recordings, samples) if first.times is not None else None,
+        left_out={name: why for each in recordings for name, why in each.left_out.items()},
+        **given,
+    )
+
+
+def _simulator(recording: JointRecording) -> dict[str, Any]:
+    """What recordings of one joint have in common."""
+    nominal = {f"nominal {name}": recording.nominal.get(name) for name in (*NOMINAL, *CONTROL.values())}
+    return {"units": recording.units, "sample_time": recording.sample_time} | nominal
+
+
+def _times(recordings: Sequence[JointRecording], samples: int) -> np.ndarray:
+    """[E, samples]; they go on after the end of an episode as they are to."""
+    parts = []
+    for each in recordings:
+        times = cast(np.ndarray, each.times)
+        more = np.arange(1, samples - times.shape[1] + 1) * each.sample_time
+        parts.append(np.concatenate([times, times[:, -1:] + more], axis=1))
+    return np.concatenate(parts)
