@@ -7,7 +7,7 @@ import pytest
 
 from vision_s2r.contact import Nominal, Shape, box, pack, simulate
 from vision_s2r.errors import UserError
-from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read
+from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, read
 
 DATA = Path(__file__).resolve().parent / "data"
 EXAMPLES = DATA / "examples"  # recordings made by another engine and other image code, with answer.json
@@ -95,6 +95,58 @@ def a_contact(velocities: bool = True, samples: int = 60, shape: Shape | None = 
         lengths=np.full(4, samples),
         episodes=(0, 1, 2, 3),
     )
+
+
+TWO_LINKS = DATA / "arm" / "two_links.xml"
+DRIVE = {
+    "torque_constant": 1.0,
+    "inertia": 0.05,
+    "viscous_damping": 1.0,
+    "coulomb_friction": 0.03,
+    "gravity_torque": 0.0,
+    "bias_torque": 0.0,
+    "proportional_gain": 60.0,
+    "derivative_gain": 0.0,
+    "command_limit": 15.0,
+}
+
+
+def an_arm(effects=None, payload=None, seconds=4.0, episodes=2, noise=2e-4, seed=0) -> ArmRecording:
+    """Two links under position servos, by the nominal simulator with effects by joint; logged at 100 Hz."""
+    from vision_s2r.arm.bodies import Bodies
+    from vision_s2r.arm.model import ArmModel
+    from vision_s2r.arm.simulate import simulate as run
+
+    rng = np.random.default_rng(seed)
+    names = ("shoulder", "elbow")
+    bodies = Bodies(ArmModel(TWO_LINKS), names, {}, "tool", payload)
+    machines = np.array([joint_row((effects or {}).get(name, {})) for name in names])
+    t = np.arange(round(seconds * 100)) * 0.01
+    command = np.empty((episodes, 2, len(t)))
+    for each in command.reshape(-1, len(t)):
+        each[:] = sum(
+            a * np.sin(w * t + p)
+            for a, w, p in zip((0.5, 0.3), rng.uniform(1, 6, 2), rng.uniform(0, 6, 2), strict=True)
+        )
+        each += 0.3 * np.sign(np.sin(rng.uniform(2, 4) * t))
+    first = np.stack([command[:, :, 0], np.zeros((episodes, 2))], axis=-1)
+    states = np.array([run(bodies, machines, c, f, t).states for c, f in zip(command, first, strict=True)])
+    position = states[..., 0] + noise * rng.standard_normal(states.shape[:-1])
+    lengths = np.full(episodes, len(t))
+    joints = {
+        name: JointRecording(
+            DRIVE, 0.01, "rotary", command[:, j], position[:, j], None, lengths, tuple(range(episodes))
+        )
+        for j, name in enumerate(names)
+    }
+    return ArmRecording(TWO_LINKS, joints, dict.fromkeys(names, "position"), {}, "tool")
+
+
+def joint_row(effects):
+    """A machine of the arm's."""
+    from vision_s2r import joint
+
+    return joint.pack(joint.Nominal(**DRIVE), effects)
 
 
 def edit(path, *changes):

@@ -13,7 +13,7 @@ from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import Given, glides, needs_velocity
 from vision_s2r.joint.effects.velocity_limit import profile
 from vision_s2r.joint.log import JointLog, correction
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import Machine, of_inertia
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
 from vision_s2r.joint.two_masses import (
     RESPONSES,
@@ -25,6 +25,7 @@ from vision_s2r.joint.two_masses import (
 )
 
 ROUNDING = 1e-9  # of a step: a sample no later than this after its end is at its end
+HEAVIER = 0.01  # of the inertia: a change that two masses are worked out anew for
 
 # Rows whose command, and whose other inputs, act at the end of the last step; set point of a servo and its rate.
 Cursor = tuple[int, int, float, float]
@@ -38,18 +39,20 @@ def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, 
     paths = glides(machine, 0.5 * step, machine.inertia, (step, step))
     fast = not needs_velocity(machine, tables)
     cursor: Cursor = (-1, 0, log.first[0], 0.0)
-    row, shift = _read(log, 0, -step, step, (state[0], state[1]), (state[0], state[1]), out)
-    count = 0
+    row, shift = read_rows(log, 0, -step, step, (state[0], state[1]), (state[0], state[1]), out)
+    count, own = 0, machine.inertia
     while row < len(out):
         state = (state[0] + shift[0], state[1] + shift[1], state[2], state[3])
         before, time = (state[0], state[1]), count * step
-        given, cursor = _inputs(machine, log, cursor, time, step)
-        if machine.thermal_drift_rate != 0:
-            paths = glides(machine, time + 0.5 * step, machine.inertia, (step, step))
+        given, cursor = inputs_of(machine, log, cursor, time, step)
+        inertia = own + _load_inertia(log, cursor)
+        if machine.thermal_drift_rate != 0 or inertia != machine.inertia:
+            machine = of_inertia(machine, inertia)
+            paths = glides(machine, time + 0.5 * step, inertia, (step, step))
         state = one_mass_sample(
             machine, tables, heights, state, (given, given), time, (0, 1), (step, step), paths, fast
         )
-        row, shift = _read(log, row, time, step, before, (state[0], state[1]), out)
+        row, shift = read_rows(log, row, time, step, before, (state[0], state[1]), out)
         count += 1
 
 
@@ -67,25 +70,31 @@ def clocked_two_masses(
     fast = not needs_velocity(machine, tables)
     cursor: Cursor = (-1, 0, log.first[0], 0.0)
     first = (log.first[0], log.first[1])
-    row, shift = _read(log, 0, -step, step, first, first, out)
-    count = 0
+    row, shift = read_rows(log, 0, -step, step, first, first, out)
+    count, own = 0, machine.inertia
     while row < len(out):
         (v_motor, v_load, twist, position, side), weight, other = masses
         position, v_load, v_motor = position + shift[0], v_load + shift[1], v_motor + shift[1]
         masses = ((v_motor, v_load, twist, position, side), weight, other)
         before, time = (position, v_load), count * step
-        given, cursor = _inputs(machine, log, cursor, time, step)
-        if machine.thermal_drift_rate != 0:
+        given, cursor = inputs_of(machine, log, cursor, time, step)
+        inertia = own + _load_inertia(log, cursor)
+        changed = abs(inertia - machine.inertia) > HEAVIER * machine.inertia
+        if changed:
+            machine = of_inertia(machine, inertia)
+        if changed and sprung(machine):
+            two_masses_responses(machine, (step, step), responses)
+        if changed or machine.thermal_drift_rate != 0:
             paths = two_masses_paths(machine, time + 0.5 * step, (step, step))
         masses = two_masses_sample(
             machine, tables, heights, masses, (given, given), time, (0, 1), (step, step), paths, responses, fast
         )
-        row, shift = _read(log, row, time, step, before, (masses[0][3], masses[0][1]), out)
+        row, shift = read_rows(log, row, time, step, before, (masses[0][3], masses[0][1]), out)
         count += 1
 
 
 @compiled
-def _inputs(machine: Machine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
+def inputs_of(machine: Machine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
     """What acts in the step that begins at `start`, and the cursor at its end."""
     row, other, place, rate = cursor
     servo = not math.isnan(machine.proportional_gain)
@@ -105,7 +114,15 @@ def _inputs(machine: Machine, log: JointLog, cursor: Cursor, start: float, step:
     if len(log.external) > 0:
         one, two, part, now = _held(log.external, log.times, other, log.external[0], start, step)
         external = one + part * (two - one)
+    if len(log.load_inertia) > 0:
+        now = _held(log.load_inertia, log.times, other, log.load_inertia[0], start, step)[3]
     return (command, later, share, scale, external), (row, now, place, rate)
+
+
+@compiled
+def _load_inertia(log: JointLog, cursor: Cursor) -> float:
+    """The inertia beside the machine's own, in the step that ends at the cursor."""
+    return log.load_inertia[cursor[1]] if len(log.load_inertia) > 0 else 0.0
 
 
 @compiled
@@ -138,7 +155,7 @@ def _held(
 
 
 @compiled
-def _read(
+def read_rows(
     log: JointLog,
     row: int,
     start: float,

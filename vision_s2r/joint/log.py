@@ -20,6 +20,7 @@ class JointLog(NamedTuple):
     times: np.ndarray  # [T] s from the first sample, or empty: every `sample_time`
     scale: np.ndarray  # [T] factor of u, held between samples, or empty: 1
     external: np.ndarray  # [T] torque on the load, held between samples, or empty: none
+    load_inertia: np.ndarray  # [T] added to the machine's, held between samples, or empty: none
 
 
 @compiled

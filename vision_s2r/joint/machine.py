@@ -7,10 +7,12 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numba.cpython.unsafe.tuple import tuple_setitem
 
 from vision_s2r.effects import Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.joint import effects as _effects  # noqa: F401  (fills the registry)
+from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS
 
 
@@ -57,6 +59,7 @@ else:
 LONGEST_DELAY = 3600.0  # s
 
 _INDEX = {column: k for k, column in enumerate(COLUMNS)}
+_INERTIA = COLUMNS.index("inertia")
 
 
 def _absent() -> np.ndarray:
@@ -119,6 +122,12 @@ def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndar
     """The smallest or largest of the values that are not neutral."""
     switched_on = value[value != parameter.neutral]
     return float(extreme(switched_on if len(switched_on) else value))
+
+
+@compiled
+def of_inertia(machine: Machine, inertia: float) -> Machine:
+    """The same machine with another inertia."""
+    return tuple_setitem(machine, _INERTIA, inertia)  # type: ignore[call-arg]  # its typing context is numba's
 
 
 def check(machines: np.ndarray) -> None:

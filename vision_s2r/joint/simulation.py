@@ -42,6 +42,7 @@ def simulate(
     times: np.ndarray | None = None,
     scale: np.ndarray | None = None,
     external: np.ndarray | None = None,
+    load_inertia: np.ndarray | None = None,
     lengths: np.ndarray | None = None,
     observed: np.ndarray | None = None,
     leak: float = 0.0,
@@ -59,6 +60,7 @@ def simulate(
     times [E, T]      s of each sample, rising, where they are not even; only differences count
     scale [E, T]      factor of the current (a supply that sags, 0 where the drive is off); held between samples
     external [E, T]   torque (N·m, N) on the load; held between samples
+    load_inertia [E, T]   kg·m² (kg), 0 or more, added to the machine's inertia; held between samples
     lengths [E]       samples of each episode, T by default; rows beyond are NaN
     observed [E, T, 2], leak    an observer: at each sample `leak` times (observed - simulated) is added to the
                       simulated state, after its row is written, so that the row is a prediction. Where observed is
@@ -91,7 +93,7 @@ def simulate(
         threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
     threads = max(1, min(threads, jobs))
     inputs = (command, first, float(sample_time), lengths, observed, float(leak))
-    clock = _clock(machines, command, sample_time, lengths, times, scale, external)
+    clock = _clock(machines, command, sample_time, lengths, times, scale, external, load_inertia)
 
     def share(k: int) -> None:
         _kernel(machines, *inputs, *clock, steps, substeps is None, layout, k, threads, out)
@@ -126,16 +128,18 @@ def _clock(
     times: np.ndarray | None,
     scale: np.ndarray | None,
     external: np.ndarray | None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Times, scale and external torque [E, T], each [E, 0] where there is none; no times: samples rule the steps."""
+    load_inertia: np.ndarray | None,
+) -> tuple[np.ndarray, ...]:
+    """Times and the inputs beside the command [E, T], each [E, 0] where there is none; no times: samples rule steps."""
     servo = ~np.isnan(machines[:, _SERVO])
     if servo.any() and not servo.all():
         raise UserError("some machines are position servos and some are not, expected all of one kind")
-    if times is None and (servo.any() or scale is not None or external is not None):
+    others = {"scale": scale, "external": external, "load_inertia": load_inertia}
+    if times is None and (servo.any() or any(values is not None for values in others.values())):
         times = np.broadcast_to(np.arange(command.shape[1]) * sample_time, command.shape)
     none = np.empty((len(command), 0))
     found = []
-    for name, values in (("times", times), ("scale", scale), ("external", external)):
+    for name, values in {"times": times, **others}.items():
         if values is not None and values.shape != command.shape:
             raise UserError(f"{name} is {values.shape}, expected {command.shape}")
         found.append(none if values is None else np.require(values, np.float64, _PLAIN))
@@ -144,7 +148,7 @@ def _clock(
         for row, length in zip(found[0], lengths, strict=True):
             if not (np.diff(row[:length]) > 0).all():
                 raise UserError("times do not rise, expected seconds, each later than the one before")
-    return found[0], found[1], found[2]
+    return tuple(found)
 
 
 def _compile(sources: str) -> Callable[..., Any]:
@@ -165,6 +169,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         times: np.ndarray,
         scale: np.ndarray,
         external: np.ndarray,
+        load_inertia: np.ndarray,
         substeps: int,
         fewest: bool,
         tables: np.ndarray,
@@ -183,7 +188,7 @@ def _compile(sources: str) -> Callable[..., Any]:
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
             clocked = times.shape[1] > 0
             steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
-            inputs = (times[e, : lengths[e] if clocked else 0], scale[e], external[e])
+            inputs = (times[e, : lengths[e] if clocked else 0], scale[e], external[e], load_inertia[e])
             log = JointLog(command[e], first[e], observed[e], leak, sample_time, steps, *inputs)
             if clocked and one:
                 clocked_one_mass(machine, tables, heights, log, states)

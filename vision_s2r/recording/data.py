@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
@@ -29,6 +30,7 @@ class JointRecording:
     times: np.ndarray | None = None  # float64 [E, T], s since each first row; None: every `sample_time`
     supply: np.ndarray | None = None  # float64 [E, T]: factor of the command, 0 where the drive is off; None: 1
     external: np.ndarray | None = None  # float64 [E, T]: torque or force on the load; None: none
+    load_inertia: np.ndarray | None = None  # float64 [E, T]: kg·m² or kg beside the nominal one, of an arm; None: none
     left_out: dict[str, str] = field(default_factory=dict)  # columns that could not be used, and why
 
     kind = "joint"
@@ -156,8 +158,48 @@ class ContactRecording:
         return len(self.lengths)
 
 
-Recording: TypeAlias = JointRecording | CameraRecording | ContactRecording
-R = TypeVar("R", JointRecording, CameraRecording, ContactRecording)
+@dataclass(frozen=True)
+class ArmRecording:
+    """E episodes of an arm, whose joints were logged together.
+
+    Of each joint, by its name in the model, a recording of its own: commands, positions, and what the simulator
+    believes of its drive, whose inertia is the rotor's. What the rest of the arm does to it is not in there.
+    """
+
+    model: Path  # MJCF or URDF
+    joints: dict[str, JointRecording]
+    modes: dict[str, str]  # of each joint: position, velocity or torque, what is commanded
+    hold: dict[str, float]  # rad or m: where joints are that were not logged; others of these are at 0
+    tip: str | None  # the body or site that works
+
+    kind = "arm"
+
+    def __len__(self) -> int:
+        return len(self.any)
+
+    @property
+    def any(self) -> JointRecording:
+        """One of the joints, which have episodes, lengths and times in common."""
+        return next(iter(self.joints.values()))
+
+    @property
+    def episodes(self) -> tuple[int, ...]:
+        """The episodes' numbers in the recording."""
+        return self.any.episodes
+
+    @property
+    def position(self) -> np.ndarray:
+        """float64 [E, T, J], rad or m; NaN after the end."""
+        return np.stack([joint.position for joint in self.joints.values()], axis=-1)
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Columns that were not used, and why."""
+        return {f"{key}.{name}": why for name, each in self.joints.items() for key, why in each.left_out.items()}
+
+
+Recording: TypeAlias = JointRecording | CameraRecording | ContactRecording | ArmRecording
+R = TypeVar("R", JointRecording, CameraRecording, ContactRecording, ArmRecording)
 
 
 def _head(
@@ -178,6 +220,8 @@ def split(recording: R, units: Sequence[int]) -> R:
         return cast(R, _episodes(recording, index))
     if isinstance(recording, ContactRecording):
         return cast(R, _tosses(recording, index))
+    if isinstance(recording, ArmRecording):
+        return cast(R, _of_arm(recording, index))
     return cast(R, _frames(cast(CameraRecording, recording), index))
 
 
@@ -196,9 +240,14 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         times=taken(recording.times),
         supply=taken(recording.supply),
         external=taken(recording.external),
+        load_inertia=taken(recording.load_inertia),
         lengths=lengths,
         episodes=tuple(recording.episodes[k] for k in index),
     )
+
+
+def _of_arm(recording: ArmRecording, index: np.ndarray) -> ArmRecording:
+    return replace(recording, joints={name: _episodes(joint, index) for name, joint in recording.joints.items()})
 
 
 def _tosses(recording: ContactRecording, index: np.ndarray) -> ContactRecording:

@@ -67,6 +67,25 @@ def of_columns(
     command = _command(columns, units, path)
     nominal = _nominal(header.mapping(content, "nominal", where), command, where) | _control(content, command, where)
     _check_inputs(columns, lines, path)
+    recording = of_rows(nominal, sample_time, units, columns, command, lines, hold_out, path)
+    plausible.check(recording, command, path)
+    return recording
+
+
+def of_rows(
+    nominal: dict[str, float],
+    sample_time: float,
+    units: Literal["rotary", "linear"],
+    columns: Mapping[str, np.ndarray],
+    command: str,
+    lines: np.ndarray,
+    hold_out: bool,
+    path: Path,
+) -> JointRecording:
+    """The recording of columns [rows], of which `command` is the command.
+
+    Raises UserError where time or motion cannot be.
+    """
     episodes = table.episodes(columns["episode"], lines, path)
     steps = [_steps(columns["t"][rows], lines[rows], sample_time, path) for rows in episodes.values()]
     even = all(np.all(np.abs(each / sample_time - 1) <= RATE_TOLERANCE) for each in steps)
@@ -74,9 +93,7 @@ def of_columns(
         sample_time = _median_step(np.concatenate(steps), sample_time, path)
     recording = _recording(nominal, sample_time, units, columns, command, episodes, even)
     _check_length(recording, hold_out, path)
-    recording = motion.checked(recording, path)
-    plausible.check(recording, command, path)
-    return recording
+    return motion.checked(recording, path)
 
 
 def _nominal(given: dict[str, Any], command: str, where: str) -> dict[str, float]:

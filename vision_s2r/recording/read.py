@@ -6,7 +6,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.recording import camera, contact, header, joint
 from vision_s2r.recording.data import Recording
 
-KINDS = ("joint", "camera", "contact", "robot")
+KINDS = ("joint", "camera", "contact", "arm", "robot")
 
 
 def read(folder: Path | str, hold_out: bool = True) -> Recording:
@@ -23,6 +23,11 @@ def read(folder: Path | str, hold_out: bool = True) -> Recording:
         return camera.read(folder, content, hold_out)
     if kind == "contact":
         return contact.read(folder, content, hold_out)
+    if kind == "arm":
+        from vision_s2r.recording import arm  # imports MuJoCo
+
+        return arm.read(folder, content, hold_out)
     raise UserError(
-        f"{folder}: recordings of kind '{kind}' are not yet read by this version, expected joint, camera or contact"
+        f"{folder}: recordings of kind '{kind}' are not yet read by this version, "
+        "expected joint, camera, contact or arm"
     )

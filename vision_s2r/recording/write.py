@@ -1,5 +1,6 @@
 """The other way round: a recording from arrays, as a folder that `read` takes."""
 
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from scipy.spatial import ConvexHull
 from vision_s2r.contact.shape import Shape
 from vision_s2r.errors import UserError
 from vision_s2r.recording import contact
-from vision_s2r.recording.data import CameraRecording, ContactRecording, JointRecording, Recording
+from vision_s2r.recording.data import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import CONTROL
 
@@ -30,6 +31,8 @@ def write(recording: Recording, folder: Path | str) -> Path:
             content = _joint(recording, folder)
         elif isinstance(recording, ContactRecording):
             content = _contact(recording, folder)
+        elif isinstance(recording, ArmRecording):
+            content = _arm(recording, folder)
         else:
             content = _camera(recording, folder)
         head = {"format": FORMAT, "kind": recording.kind, **content}
@@ -56,6 +59,42 @@ def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
     nominal = {key: value for key, value in recording.nominal.items() if key not in CONTROL.values()}
     head = {"sample_time": recording.sample_time, "units": recording.units, "nominal": nominal}
     return {**head, "control": law} if recording.servo else head
+
+
+def _arm(recording: ArmRecording, folder: Path) -> dict[str, Any]:
+    """The model is copied, without meshes."""
+    shutil.copy(recording.model, folder / recording.model.name)
+    some = recording.any
+    drives, columns = {}, ["episode", "t"]
+    rows = [[np.full(n, recording.episodes[k]), some.time[k, :n]] for k, n in enumerate(some.lengths)]
+    for name, joint in recording.joints.items():
+        drives[name] = {"command": recording.modes[name], **_drive(joint.nominal, recording.modes[name])}
+        given = {key: getattr(joint, key) for key in ("command", "position", "velocity")}
+        given = {key: values for key, values in given.items() if values is not None}
+        columns += [f"{key}.{name}" for key in given]
+        for k, n in enumerate(some.lengths):
+            rows[k] += [values[k, :n] for values in given.values()]
+    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
+    table = np.concatenate([np.stack(each, axis=1) for each in rows])
+    np.savetxt(folder / "arm.csv", table, form, ",", header=",".join(columns), comments="")
+    tip = {} if recording.tip is None else {"tip": recording.tip}
+    head = {"model": recording.model.name, "sample_time": some.sample_time, **tip, "joints": drives}
+    return {**head, "hold": recording.hold} if recording.hold else head
+
+
+def _drive(nominal: dict[str, float], mode: str) -> dict[str, float]:
+    """A joint's nominal values under the names that an arm's header has for them."""
+    damping = nominal["viscous_damping"]
+    drive = {"armature": nominal["inertia"], "coulomb_friction": nominal["coulomb_friction"]}
+    if mode == "velocity":
+        gain = nominal["torque_constant"]
+        return {**drive, "proportional_gain": gain, "viscous_damping": damping - gain}
+    law = {
+        "proportional_gain": "proportional_gain",
+        "derivative_gain": "derivative_gain",
+        "torque_limit": "command_limit",
+    }
+    return {**drive, "viscous_damping": damping, **{key: nominal[name] for key, name in law.items() if name in nominal}}
 
 
 def _contact(recording: ContactRecording, folder: Path) -> dict[str, Any]:

@@ -24,6 +24,7 @@ def free_run(recording: JointRecording, effects: Values) -> np.ndarray:
         times=recording.times,
         scale=recording.supply,
         external=recording.external,
+        load_inertia=recording.load_inertia,
         lengths=recording.lengths,
     )[0]
 

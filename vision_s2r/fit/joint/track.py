@@ -52,6 +52,7 @@ class Inputs:
     times: np.ndarray | None  # [E, N]
     scale: np.ndarray | None  # [E, N]
     external: np.ndarray | None  # [E, N]
+    load_inertia: np.ndarray | None  # [E, N]
     every: int = 1  # samples of a row of the track
 
     def run(
@@ -74,6 +75,7 @@ class Inputs:
             times=None if self.times is None else self.times[episodes],
             scale=None if self.scale is None else self.scale[episodes],
             external=None if self.external is None else self.external[episodes],
+            load_inertia=None if self.load_inertia is None else self.load_inertia[episodes],
             lengths=self.lengths[episodes],
             observed=observed,
             leak=leak,
@@ -189,12 +191,12 @@ def _inputs(
     recording: JointRecording, command: np.ndarray, sample_time: float, lengths: np.ndarray, step: int
 ) -> Inputs:
     """A servo's targets are held: all of them go in, whichever samples are kept; a torque's mean says as much."""
-    times, supply, external = recording.times, recording.supply, recording.external
+    others = recording.supply, recording.external, recording.load_inertia
     if recording.servo:
         whole = recording.command, recording.sample_time, recording.lengths
-        return Inputs(*whole, times, supply, external, every=step)
-    supply, external = (None if each is None else each[:, ::step] for each in (supply, external))
-    return Inputs(command, sample_time, lengths, times, supply, external)
+        return Inputs(*whole, recording.times, *others, every=step)
+    supply, external, load_inertia = (None if each is None else each[:, ::step] for each in others)
+    return Inputs(command, sample_time, lengths, recording.times, supply, external, load_inertia)
 
 
 def _torque(nominal: Nominal, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:

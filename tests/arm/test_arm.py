@@ -1,0 +1,83 @@
+"""Arms against MuJoCo's own stepping, and joint by joint against themselves."""
+
+import mujoco
+import numpy as np
+from recordings import DRIVE, TWO_LINKS, joint_row
+from scipy.integrate import solve_ivp
+
+from vision_s2r.arm.bodies import Bodies
+from vision_s2r.arm.model import ArmModel
+from vision_s2r.arm.simulate import simulate
+from vision_s2r.joint import Nominal, pack
+from vision_s2r.joint import simulate as one_joint
+
+T = np.arange(300) * 0.01
+COMMAND = np.array([0.5 * np.sin(4 * T) + 0.3 * np.sign(np.sin(3 * T)), 0.6 * np.sin(5 * T + 1)])
+FIRST = np.stack([COMMAND[:, 0], np.zeros(2)], axis=1)
+NAMES = ("shoulder", "elbow")
+
+
+def the_bodies(payload=None):
+    return Bodies(ArmModel(TWO_LINKS), NAMES, {"turn": 0.3}, "tool", payload)
+
+
+def test_a_free_run_is_that_of_mujoco():
+    found = simulate(
+        the_bodies(), np.array([joint_row({"coulomb_friction": {"value": 0.0}})] * 2), COMMAND, FIRST, T
+    ).states
+    spec = ArmModel(TWO_LINKS).spec
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
+    for joint in spec.joints:
+        joint.frictionloss = 0.0
+    spec.joint("turn").armature = 1e6  # held
+    model = spec.compile()
+    model.opt.timestep = 1e-4
+    data = mujoco.MjData(model)
+    data.qpos[:] = (*COMMAND[:, 0], 0.3)
+    expected = np.empty((2, len(T)))
+    for k in range(len(T)):
+        expected[:, k] = data.qpos[:2]
+        for _ in range(100):
+            asked = DRIVE["proportional_gain"] * (COMMAND[:, k] - data.qpos[:2])
+            data.qfrc_applied[:2] = np.clip(asked, -15, 15)
+            mujoco.mj_step(model, data)
+    assert np.abs(found[..., 0] - expected).max() < 1e-3
+    assert np.ptp(expected) > 1.0
+
+
+def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
+    effects = ({"backlash": {"width": 0.02}}, {"latency": {"delay": 0.013}})
+    machines = np.array([joint_row(each) for each in effects])
+    fine = np.arange(0, T[-1], 0.002)
+    held = COMMAND[:, np.searchsorted(T, fine + 1e-9, side="right") - 1]
+    states = simulate(the_bodies(), machines, held, FIRST, fine).states
+    rates = np.gradient(states[..., 1], 0.002, axis=1)
+    torque, inertia = the_bodies().loads(states[..., 0].T, states[..., 1].T, rates.T)
+    for j in range(2):
+        loads = {"external": torque[None, :, j], "load_inertia": inertia[None, :, j]}
+        alone = one_joint(machines[j : j + 1], held[j : j + 1], FIRST[j : j + 1], 0.002, **loads)[0, 0]
+        assert np.sqrt(np.mean((alone[:, 0] - states[j, :, 0]) ** 2)) < 2e-3
+
+
+def test_a_payload_weighs_on_every_joint_before_it():
+    mass, empty = the_bodies().terms(np.zeros(2), np.zeros(2))
+    heavy, bias = the_bodies({"mass": 0.2, "x": 0.05, "y": 0.0, "z": 0.0}).terms(np.zeros(2), np.zeros(2))
+    reach = np.array([0.25 + 0.2 + 0.05, 0.2 + 0.05])  # the wrist is turned about its own axis only
+    np.testing.assert_allclose(bias - empty, -0.2 * 9.81 * reach, rtol=1e-6)
+    np.testing.assert_allclose(heavy - mass, 0.2 * np.outer(reach, reach), rtol=1e-5)
+
+
+def test_an_inertia_that_changes_is_integrated():
+    nominal = Nominal(**DRIVE | {"coulomb_friction": 0.0, "command_limit": 100.0})
+    load = 0.05 + 0.04 * np.sin(7 * T)
+    found = one_joint(pack(nominal, {})[None], COMMAND[:1], FIRST[:1], 0.01, load_inertia=load[None])[0, 0]
+    state, expected = FIRST[0], [FIRST[0]]
+    for k in range(len(T) - 1):
+
+        def motion(_, s, k=k):
+            return [s[1], (60 * (COMMAND[0, k] - s[0]) - s[1]) / (0.05 + load[k])]
+
+        state = solve_ivp(motion, (0, 0.01), state, rtol=1e-9, atol=1e-12).y[:, -1]
+        expected.append(state)
+    np.testing.assert_allclose(found, expected, atol=4e-3)

@@ -1,0 +1,93 @@
+"""Recordings of arms: what comes back, and what is refused."""
+
+import numpy as np
+import pytest
+from recordings import an_arm, edit, refused
+
+from vision_s2r.recording import read, split, write
+
+
+@pytest.fixture
+def folder(tmp_path):
+    return write(an_arm(seconds=2.0, episodes=2), tmp_path / "arm")
+
+
+def test_an_arm_comes_back_as_it_was_written(folder):
+    one, again = an_arm(seconds=2.0, episodes=2), read(folder)
+    assert again.kind == "arm" and list(again.joints) == ["shoulder", "elbow"] and again.tip == "tool"
+    np.testing.assert_allclose(again.position, one.position, atol=1e-8)
+    assert again.joints["elbow"].nominal == one.joints["elbow"].nominal and again.joints["elbow"].servo
+    assert len(split(again, [1])) == 1 and split(again, [1]).episodes == (1,)
+
+
+def test_what_is_left_out_of_a_drive_is_the_models_own(folder):
+    edit(folder / "recording.yaml", ("proportional_gain: 60.0", "proportional_gain: 15"))
+    text = (folder / "recording.yaml").read_text().splitlines()
+    kept = [line for line in text if not any(key in line for key in ("armature", "viscous", "coulomb", "torque_limit"))]
+    (folder / "recording.yaml").write_text("\n".join(kept))
+    shoulder, elbow = read(folder).joints.values()
+    assert (shoulder.nominal["proportional_gain"], elbow.nominal["proportional_gain"]) == (15, 60)
+    assert shoulder.nominal["inertia"] == 0.05 and shoulder.nominal["command_limit"] == 15
+
+
+def test_velocity_and_torque_are_commands_too(folder):
+    edit(
+        folder / "recording.yaml", ("command: position", "command: velocity"), ("command: position", "command: torque")
+    )
+    shoulder, elbow = read(folder).joints.values()
+    assert not shoulder.servo and shoulder.nominal["torque_constant"] == 60
+    assert shoulder.nominal["viscous_damping"] == pytest.approx(61.0)
+    assert not elbow.servo and elbow.nominal["torque_constant"] == 1
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "message"),
+    [
+        ("recording.yaml", "elbow:", "elbw:", r"joints: no joint 'elbw' in two_links.xml, did you mean 'elbow'\?"),
+        ("recording.yaml", "tip: tool", "tip: tol", "tip is 'tol', did you mean 'tool'"),
+        ("recording.yaml", "command: position", "command: pos", "shoulder: command is 'pos', did you mean 'position'"),
+        ("recording.yaml", "armature", "amature", "unknown key 'amature', did you mean 'armature'"),
+        (
+            "recording.yaml",
+            "model: two_links.xml",
+            "model: ../a.xml",
+            "model is '../a.xml', expected a file in the folder",
+        ),
+        ("recording.yaml", "model: two_links.xml", "model: none.xml", "no such file, expected an MJCF or URDF model"),
+        ("two_links.xml", 'mass="0.5"', 'mass="0"', "MuJoCo says: mass and inertia of moving bodies must be larger"),
+        ("two_links.xml", "</mujoco>", "", "does not load in MuJoCo: XML"),
+        ("arm.csv", "command.elbow", "command.wrist", "unknown column 'command.wrist'"),
+        ("arm.csv", ",position.elbow", "", "missing column position.elbow"),
+    ],
+)
+def test_a_spoilt_recording_is_refused_in_a_line(folder, file, old, new, message):
+    edit(folder / file, (old, new))
+    refused(folder, message)
+
+
+def spoil(folder, column, change):
+    """Change a column of arm.csv."""
+    lines = (folder / "arm.csv").read_text().splitlines()
+    table = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
+    at = lines[0].split(",").index(column)
+    table[:, at] = change(table[:, at])
+    np.savetxt(folder / "arm.csv", table, "%.9g", ",", header=lines[0], comments="")
+
+
+@pytest.mark.parametrize("columns", [("position.elbow",), ("command.elbow",), ("position.elbow", "command.elbow")])
+def test_degrees_for_radians_are_refused_with_the_factor(folder, columns):
+    for column in columns:
+        spoil(folder, column, np.rad2deg)
+    refused(folder, r"is it in degrees \(57.3 to a rad\)")
+
+
+def test_commands_that_never_move_are_refused(folder):
+    for name in ("shoulder", "elbow"):
+        spoil(folder, f"command.{name}", np.zeros_like)
+    refused(folder, "arm.csv: no command ever moves, expected one that does")
+
+
+def test_a_log_of_one_row_is_refused(folder):
+    lines = (folder / "arm.csv").read_text().splitlines()
+    (folder / "arm.csv").write_text("\n".join(lines[:2]))
+    refused(folder, "one sample, expected at least 100")

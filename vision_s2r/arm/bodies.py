@@ -1,0 +1,93 @@
+"""What rigid bodies ask of the joints of an arm, by MuJoCo: M(q), c(q, q̇) + g(q), and where the tip is."""
+
+from collections.abc import Mapping, Sequence
+
+import mujoco
+import numpy as np
+
+from vision_s2r.arm.model import PAYLOAD, WEIGHTLESS, ArmModel
+
+Payload = Mapping[str, float]  # mass (kg), x, y, z (m) in the frame of the last body
+
+
+class Bodies:
+    """The bodies of an arm whose joints in `joints` move, and whose others are held where `hold` says, or at 0."""
+
+    def __init__(
+        self,
+        model: ArmModel,
+        joints: Sequence[str],
+        hold: Mapping[str, float],
+        tip: str | None = None,
+        payload: Payload | None = None,
+    ) -> None:
+        spec = model.spec.copy()
+        last = spec.body(model.body_of(tip, list(joints)))
+        given = payload or {"mass": WEIGHTLESS, "x": 0.0, "y": 0.0, "z": 0.0}
+        last.add_body(
+            name=PAYLOAD,
+            pos=[given["x"], given["y"], given["z"]],
+            mass=max(given["mass"], WEIGHTLESS),
+            inertia=[WEIGHTLESS * 1e-3] * 3,
+            ipos=[0.0, 0.0, 0.0],
+            explicitinertial=True,
+        )
+        self._model = spec.compile()
+        self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        self._data = mujoco.MjData(self._model)
+        for name, value in hold.items():
+            self._data.qpos[self._model.joint(name).qposadr[0]] = value
+        self._model.dof_armature[:] = 0.0  # the rotor's is the drive's
+        self._qpos = np.array([self._model.joint(name).qposadr[0] for name in joints])
+        self._dof = np.array([self._model.joint(name).dofadr[0] for name in joints])
+        self._block = np.ix_(self._dof, self._dof)
+        self._full = np.zeros((self._model.nv, self._model.nv))
+        self._tip = _tip(self._model, tip)
+
+    def terms(self, position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), at positions and velocities [J]."""
+        model, data = self._model, self._data
+        data.qpos[self._qpos] = position
+        data.qvel[self._dof] = velocity
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fwdVelocity(model, data)
+        mujoco.mj_fullM(model, data, self._full)
+        return self._full[self._block], data.qfrc_bias[self._dof]
+
+    def loads(
+        self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Torque [N, J] (N·m) that the rest of the arm puts on each joint, and its own inertia [N, J] (kg·m²).
+
+        Along a motion [N, J] (rad, rad/s, rad/s²). The torque is −(Σ M_jk·q̈_k + c_j + g_j) over k ≠ j.
+        """
+        torque, inertia = np.empty(position.shape), np.empty(position.shape)
+        for k, (q, v, a) in enumerate(zip(position, velocity, acceleration, strict=True)):
+            mass, bias = self.terms(q, v)
+            own = np.diagonal(mass)
+            torque[k] = own * a - mass @ a - bias
+            inertia[k] = own
+        return torque, inertia
+
+    def tip(self, position: np.ndarray) -> np.ndarray | None:
+        """Where the tip is [N, 3] (m) at positions [N, J]; None where it is not known what the tip is."""
+        if self._tip is None:
+            return None
+        places = np.empty((len(position), 3))
+        for k, q in enumerate(position):
+            self._data.qpos[self._qpos] = q
+            mujoco.mj_kinematics(self._model, self._data)
+            places[k] = self._tip_of()
+        return places
+
+    def _tip_of(self) -> np.ndarray:
+        assert self._tip is not None
+        kind, index = self._tip
+        return self._data.site_xpos[index] if kind == "site" else self._data.xpos[index]
+
+
+def _tip(model: mujoco.MjModel, name: str | None) -> tuple[str, int] | None:
+    if name is None:
+        return None
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
+    return ("site", site) if site >= 0 else ("body", mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name))

@@ -1,0 +1,84 @@
+"""A free run of a whole arm."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from vision_s2r.arm import sweep
+from vision_s2r.arm.bodies import Bodies
+from vision_s2r.joint import COLUMNS
+from vision_s2r.joint.tables import Tables
+
+STEP, SHORTEST = 0.002, 0.00025  # s
+SWING = 0.25  # rad of a servo's oscillation in a step
+
+_INERTIA, _GAIN = COLUMNS.index("inertia"), COLUMNS.index("proportional_gain")
+
+
+@dataclass(frozen=True)
+class Run:
+    """One episode of an arm."""
+
+    states: np.ndarray  # [J, T, 2] positions and velocities (rad, rad/s, or m, m/s) that the encoders show
+    load: np.ndarray  # [T, J] mean torque (N·m, N), from each row to the next, that the rest of the arm put on a joint
+
+
+def simulate(
+    bodies: Bodies,
+    machines: np.ndarray,
+    command: np.ndarray,
+    first: np.ndarray,
+    times: np.ndarray,
+    step: float | None = None,
+) -> Run:
+    """Run all joints of an arm over one episode.
+
+    machines [J, P]   rows of `vision_s2r.joint.pack`, whose inertia is the rotor's
+    command [J, T]    as each machine takes it; held between rows
+    first [J, 2]      positions and velocities at the first row
+    times [T]         s of each row, rising
+    step              s, of the integrator; by default 2 ms, or less where a servo is stiff
+
+    Bodies are evaluated in the middle of each step.
+    """
+    machines, command, first = (np.require(x, np.float64, ("C", "W")) for x in (machines, command, first))
+    times = np.require(times - times[0], np.float64, ("C", "W"))
+    joints, samples = command.shape
+    step = step or _step(bodies, machines, first)
+    tables = Tables().array()
+    states, rates = np.zeros((joints, sweep.STATE)), np.zeros(joints)
+    sweep.start(machines, tables, first, states)
+    rows = np.tile(np.array([-1, 0], dtype=np.int64), (joints, 1))
+    points = np.stack([first[:, 0], np.zeros(joints)], axis=1)
+    out = np.full((joints, samples, 2), np.nan)
+    out[:, 0] = first
+    load, steps = np.zeros((samples, joints)), np.zeros((samples, 1))
+    row, count = 1, 0
+    while row < samples:
+        position, velocity = states[:, 0], states[:, 1]
+        mass, bias = bodies.terms(position + 0.5 * step * velocity, velocity)
+        at = row - 1
+        row = sweep.advance(
+            machines, command, times, first, rows, points, states, rates, np.ascontiguousarray(mass), bias, tables,
+            count * step, step, row, out,
+        )  # fmt: skip
+        load[at] += np.diagonal(mass) * rates - mass @ rates - bias
+        steps[at] += 1
+        count += 1
+        if not np.isfinite(states).all():
+            break
+    sweep.show(machines, float(np.median(np.diff(times))), times, out)
+    return Run(out, _filled(load, steps))
+
+
+def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:
+    """A step in which no servo swings far."""
+    inertia = machines[:, _INERTIA] + np.diagonal(bodies.terms(first[:, 0], first[:, 1])[0])
+    fastest = float(np.sqrt(np.nan_to_num(machines[:, _GAIN]) / inertia).max())
+    return STEP if fastest == 0 else float(np.clip(SWING / fastest, SHORTEST, STEP))
+
+
+def _filled(load: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Means; where no step began between two rows, those before."""
+    last = np.maximum.accumulate(np.where(steps[:, 0] > 0, np.arange(len(steps)), 0))
+    return (load / np.maximum(steps, 1))[last]

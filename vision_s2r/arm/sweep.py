@@ -1,0 +1,145 @@
+"""One step of all joints of an arm, compiled: drives that share rigid bodies.
+
+Each joint's drive is stepped by the functions of `vision_s2r.joint`, with the accelerations of all others as a load.
+These are swept, joint by joint with the newest of the others (Gauss and Seidel), until they agree: M is positive
+definite.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
+
+from vision_s2r.joint.clock import inputs_of, read_rows
+from vision_s2r.joint.drive import glides, needs_velocity
+from vision_s2r.joint.effects.encoder_quantization import quantize
+from vision_s2r.joint.log import JointLog
+from vision_s2r.joint.machine import COLUMNS, Machine, of_inertia
+from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.simulation import digest
+from vision_s2r.joint.two_masses import (
+    RESPONSES,
+    sprung,
+    two_masses_paths,
+    two_masses_responses,
+    two_masses_sample,
+    two_masses_start,
+)
+
+STATE = 8  # position, velocity; weight (2), other torque; the motor's velocity, twist and side of two masses
+SWEEPS = 100
+AGREED = 1e-8  # rad/s (m/s) of the velocities after a step
+EASE = 0.5  # of the way to its new acceleration that a joint of two masses goes in a sweep
+
+_WIDTH = len(COLUMNS)
+
+
+def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
+    """The kernels; `sources` is part of what numba's cache knows them by."""
+
+    @numba.njit(nogil=True, error_model="numpy", cache=True)
+    def start(machines: np.ndarray, tables: np.ndarray, first: np.ndarray, states: np.ndarray) -> None:
+        sources  # noqa: B018
+        none = np.empty(0)
+        for j in range(len(machines)):
+            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            position, velocity = first[j, 0], first[j, 1]
+            if machine.backlash_width == 0 and not sprung(machine):
+                _, _, weight, other = one_mass_start(machine, tables, none, position, velocity)
+            else:
+                _, weight, other = two_masses_start(machine, tables, none, position, velocity)
+            states[j, 0], states[j, 1], states[j, 2], states[j, 3] = position, velocity, weight[0], weight[1]
+            states[j, 4], states[j, 5], states[j, 6], states[j, 7] = other, velocity, 0.0, 0.0
+
+    @numba.njit(nogil=True, error_model="numpy", cache=True)
+    def advance(
+        machines: np.ndarray,  # [J, P]
+        command: np.ndarray,  # [J, T]
+        times: np.ndarray,  # [T]
+        first: np.ndarray,  # [J, 2]
+        rows: np.ndarray,  # [J, 2] of the commands that act
+        points: np.ndarray,  # [J, 2] set point and its rate
+        states: np.ndarray,  # [J, STATE]
+        rates: np.ndarray,  # [J] accelerations
+        mass: np.ndarray,  # [J, J] without rotors
+        bias: np.ndarray,  # [J]
+        tables: np.ndarray,
+        time: float,
+        step: float,
+        row: int,
+        out: np.ndarray,  # [J, T, 2]
+    ) -> int:
+        """Step; the next row to be written."""
+        sources  # noqa: B018
+        none = np.empty(0)
+        joints = len(machines)
+        before, after = states.copy(), states
+        responses = np.empty((joints, *RESPONSES))
+        given = np.empty((joints, 5))
+        for j in range(joints):
+            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            log = JointLog(command[j], first[j], np.empty((0, 2)), 0.0, step, 1, times, none, none, none)
+            cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1])
+            acting, cursor = inputs_of(machine, log, cursor, time, step)
+            rows[j, 0], rows[j, 1], points[j, 0], points[j, 1] = cursor
+            given[j, 0], given[j, 1], given[j, 2], given[j, 3], given[j, 4] = acting
+            if sprung(machine):
+                machine = of_inertia(machine, machine.inertia + mass[j, j])
+                two_masses_responses(machine, (step, step), responses[j])
+        for _ in range(SWEEPS):
+            change = 0.0
+            for j in range(joints):
+                machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+                machine = of_inertia(machine, machine.inertia + mass[j, j])
+                load = mass[j, j] * rates[j] - bias[j]
+                for k in range(joints):
+                    load -= mass[j, k] * rates[k]
+                acting = (given[j, 0], given[j, 1], given[j, 2], given[j, 3], load)
+                fast = not needs_velocity(machine, tables)
+                old = before[j]
+                if machine.backlash_width == 0 and not sprung(machine):
+                    paths = glides(machine, time + 0.5 * step, machine.inertia, (step, step))
+                    one = (old[0], old[1], (old[2], old[3]), old[4])
+                    one = one_mass_sample(
+                        machine, tables, none, one, (acting, acting), time, (0, 1), (step, step), paths, fast
+                    )
+                    after[j, 0], after[j, 1], (after[j, 2], after[j, 3]), after[j, 4] = one
+                    ease = 1.0
+                else:
+                    both = two_masses_paths(machine, time + 0.5 * step, (step, step))
+                    masses = ((old[5], old[1], old[6], old[0], old[7]), (old[2], old[3]), old[4])
+                    masses = two_masses_sample(
+                        machine, tables, none, masses, (acting, acting), time, (0, 1), (step, step), both,
+                        responses[j], fast,
+                    )  # fmt: skip
+                    (after[j, 5], after[j, 1], after[j, 6], after[j, 0], after[j, 7]), weight, after[j, 4] = masses
+                    after[j, 2], after[j, 3] = weight
+                    ease = EASE
+                rate = (after[j, 1] - old[1]) / step
+                change = max(change, abs(rate - rates[j]) * step)
+                rates[j] += ease * (rate - rates[j])
+            if change < AGREED or math.isnan(change):
+                break
+        following = row
+        for j in range(joints):
+            log = JointLog(command[j], first[j], np.empty((0, 2)), 0.0, step, 1, times, none, none, none)
+            ends = (before[j, 0], before[j, 1]), (after[j, 0], after[j, 1])
+            following, _ = read_rows(log, row, time, step, ends[0], ends[1], out[j])
+        return following
+
+    @numba.njit(nogil=True, error_model="numpy", cache=True)
+    def show(machines: np.ndarray, sample_time: float, times: np.ndarray, out: np.ndarray) -> None:
+        """What encoders show of the states in `out` [J, T, 2]."""
+        sources  # noqa: B018
+        for j in range(len(machines)):
+            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            if machine.encoder_quantization_resolution > 0:
+                quantize(out[j], machine.encoder_quantization_resolution, sample_time, times)
+
+    return start, advance, show
+
+
+start, advance, show = _compile(digest())
