@@ -7,7 +7,7 @@ import shutil
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias, overload
 
 import joblib
 
@@ -23,7 +23,7 @@ from vision_s2r.fit.case import NOMINAL, Case
 from vision_s2r.lazy import load
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
-from vision_s2r.recording import ContactRecording, JointRecording, Recording, read
+from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.report import GapReport, figures, write_html
 from vision_s2r.report.drawing import Figures
@@ -32,21 +32,23 @@ from vision_s2r.report.reading import library
 
 log = logging.getLogger(__name__)
 
+OfOneCase: TypeAlias = JointRecording | CameraRecording | ContactRecording  # an arm is of several
+
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnosis(GapReport):
-    """A report that knows what it was made from."""
+class SavedDiagnosis(GapReport):
+    """A report that knows its recording, and can be saved with figures and a patch."""
 
     recording: Recording = field(repr=False)
-    case: Case = field(repr=False)
-    settled: Settled = field(repr=False)
+
+    @property
+    def patched(self) -> bool:
+        """Whether the simulator has anything that it had not."""
+        raise NotImplementedError
 
     def plot(self) -> Figures:
-        """Figures by caption: what it looks like, and where the gap lies before and after."""
-        simulator = self.settled.simulator
-        with self.case.session():
-            before, after = (self.case.samples(each) for each in (NOMINAL, simulator.hypothesis))
-        return figures(self.recording, simulator.hypothesis.values, before, after, self.case.unit)
+        """Figures by caption."""
+        raise NotImplementedError
 
     def save(self, folder: Path | str) -> Path:
         """Write report.json, report.html and patch/ into a folder, whole or not at all; returns the page's path.
@@ -59,7 +61,7 @@ class Diagnosis(GapReport):
         try:
             write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
             write_html(report, self.plot(), making / "report.html")
-            if self.settled.simulator.names:  # else the simulator stays as it came
+            if self.patched:  # else the simulator stays as it came
                 write_patch(report, self.recording, making / "patch")
             shutil.rmtree(folder, ignore_errors=True)
             making.rename(folder)
@@ -71,13 +73,45 @@ class Diagnosis(GapReport):
         return framed(html(self.to_dict(), self.plot()))
 
 
-def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> Diagnosis:
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis(SavedDiagnosis):
+    """A report that knows what it was made from."""
+
+    recording: OfOneCase = field(repr=False)
+    case: Case = field(repr=False)
+    settled: Settled = field(repr=False)
+
+    @property
+    def patched(self) -> bool:
+        """Whether the simulator has anything that it had not."""
+        return bool(self.settled.simulator.names)
+
+    def plot(self) -> Figures:
+        """Figures by caption: what it looks like, and where the gap lies before and after."""
+        simulator = self.settled.simulator
+        with self.case.session():
+            before, after = (self.case.samples(each) for each in (NOMINAL, simulator.hypothesis))
+        return figures(self.recording, simulator.hypothesis.values, before, after, self.case.unit)
+
+
+@overload
+def diagnose(recording: OfOneCase, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> Diagnosis: ...
+
+
+@overload
+def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> SavedDiagnosis: ...
+
+
+def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> SavedDiagnosis:
     """Diagnose one recording with `jobs` threads.
 
     Of `cfg`, recording, out and jobs are of `diagnose_all`. Raises
     UserError where the recording is too short to hold anything out, or cfg withholds an unknown effect.
     """
     cfg = cfg or DiagnoseConfig()
+    if isinstance(recording, ArmRecording):
+        of_arm: SavedDiagnosis = load("vision_s2r.diagnose.arm:diagnose_arm")(recording, cfg, jobs)  # imports MuJoCo
+        return of_arm
     case = open_case(recording, cfg.withhold)
     limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
     assessor = Assessor(case, limits, jobs, cfg.seed)
@@ -100,7 +134,7 @@ def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled:
     }
 
 
-def open_case(recording: Recording, withhold: Collection[str] = ()) -> Case:
+def open_case(recording: OfOneCase, withhold: Collection[str] = ()) -> Case:
     """A recording beside its simulator, which does not know the withheld effects; no other kind is imported."""
     if isinstance(recording, JointRecording):
         opened = load("vision_s2r.fit.joint.case:JointCase")

@@ -18,7 +18,7 @@ from vision_s2r.fit.contact.free_run import WINDOW, Run, windowed
 from vision_s2r.fit.joint.free_run import fingerprint, free_run, gap_errors, gap_metric, measured
 from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
-from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording, read
+from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.report.reading import diagnosed, read_report, values
 
@@ -85,6 +85,12 @@ def replay(
         return result | _replay_joint(recording, effects, out, held_out if same else None)
     if isinstance(recording, ContactRecording):
         return result | _replay_contact(recording, effects, out)
+    if isinstance(recording, ArmRecording):
+        from vision_s2r.diagnose.arm_replay import replay_arm  # imports MuJoCo
+
+        rows, found = replay_arm(recording, effects, held_out)
+        _write_table(out / "replay.csv", rows.table, rows.columns)
+        return result | found
     return result | _replay_camera(recording, effects, out, seed)
 
 

@@ -20,7 +20,7 @@ def joint(named: Diagnosed, recording: JointRecording, randomize: bool) -> str:
             nominal = f"{recording.nominal[name]:.6g}"
             lines += _entry(name, named[name]["value"], where, randomize, f"; nominal was {nominal}", "  ")
         else:
-            lines += [f"  # {where}; as it was", f"  {name}: {_number(recording.nominal[name])}"]
+            lines += [f"  # {where}; as it was", f"  {name}: {number(recording.nominal[name])}"]
     drive = {name: given for name, given in named.items() if name not in DYNAMICS}
     lines += ["# What the drive does besides, by name", "effects:" if drive else "effects: {}"]
     for name, given in drive.items():
@@ -59,7 +59,7 @@ def camera_overrides(named: Diagnosed, recording: CameraRecording) -> str:
     """The same camera for a command line, an override a line: they stand behind `camera=none`."""
     lines = ["camera=none", f"camera.encoding={recording.encoding}", f"camera.reference_size={_size(recording)}"]
     for name, given in named.items():
-        pairs = ",".join(f"{key}:{_number(one.value)}" for key, one in given.items())
+        pairs = ",".join(f"{key}:{number(one.value)}" for key, one in given.items())
         lines.append(f"+camera.effects.{name}={{probability:1.0,{pairs}}}")
     return "\n".join(lines) + "\n"
 
@@ -82,11 +82,11 @@ def _geometry(named: Diagnosed, recording: CameraRecording) -> list[str]:
 def _entry(name: str, one: ReportedParameter, unit_name: str, randomize: bool, note: str, indent: str) -> list[str]:
     comment = f"95 %: {one.low:.6g} to {one.high:.6g}" + (f" {unit_name}" if unit_name else "") + note
     ranged = randomize and one.low < one.high
-    value = f"[{_number(one.low)}, {_number(one.high)}]" if ranged else _number(one.value)
+    value = f"[{number(one.low)}, {number(one.high)}]" if ranged else number(one.value)
     return [f"{indent}# {comment}", f"{indent}{name}: {value}"]
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
     """As YAML 1.1 takes it for a float: with a point, also before an exponent."""
     mantissa, exponent, power = f"{value:.9g}".partition("e")
     return (mantissa if "." in mantissa else f"{mantissa}.0") + exponent + power

@@ -8,7 +8,7 @@ from vision_s2r.files import write
 from vision_s2r.patch import bullet, contact, hydra, mujoco, opencv, urdf
 from vision_s2r.patch import effects as _effects  # noqa: F401  (fills the records)
 from vision_s2r.patch.effect import CAMERA_PATCHES
-from vision_s2r.recording import ContactRecording, JointRecording, Recording
+from vision_s2r.recording import ArmRecording, ContactRecording, JointRecording, Recording
 from vision_s2r.report.reading import diagnosed
 
 
@@ -16,7 +16,8 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
     """Write what a report names into a folder, for the machine of the recording; returns the files.
 
     Hydra: a configuration with the values, and one whose ranges are their intervals. Joints and contacts: MuJoCo,
-    URDF and PyBullet. Cameras: OpenCV, where the geometry is concerned. Raises UserError where that cannot be.
+    URDF and PyBullet. Arms: the whole model as MJCF. Cameras: OpenCV, where the geometry is concerned. Raises UserError
+    where that cannot be.
     """
     named = diagnosed(report)
     if isinstance(recording, JointRecording):
@@ -35,6 +36,10 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
             "urdf.xml": contact.urdf(named, recording),
             "pybullet.json": contact.bullet(named, recording),
         }
+    elif isinstance(recording, ArmRecording):
+        from vision_s2r.patch import arm  # imports MuJoCo
+
+        files = {"patched.xml": arm.mjcf(named, recording), "arm.yaml": arm.hydra(named, recording)}
     else:
         files = {
             "camera.yaml": hydra.camera(named, recording, randomize=False),

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from vision_s2r.fit.case import Axis, Samples, Values
 from vision_s2r.fit.contact.free_run import WINDOW, windowed
 from vision_s2r.fit.joint.free_run import free_run, measured
-from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, Recording
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
 from vision_s2r.report import drawing
 from vision_s2r.report.drawing import Figures
 
@@ -17,7 +17,13 @@ FRAMES = 3  # pictures that are drawn
 GRID = "grid"  # the axis of a picture's cells, drawn as a map
 
 
-def figures(recording: Recording, effects: Values, before: Samples, after: Samples, unit: str) -> Figures:
+def figures(
+    recording: JointRecording | CameraRecording | ContactRecording,
+    effects: Values,
+    before: Samples,
+    after: Samples,
+    unit: str,
+) -> Figures:
     """By caption: what it looks like, and where the gap lies before and after `effects`.
 
     `before` and `after` are the samples of the simulator as it came and of the diagnosed one; `unit` that of the gap.

@@ -75,6 +75,7 @@ class FoundEffect:
     ci: Interval
     evidence: float  # nats of held-out log-likelihood
     parameters: dict[str, FoundParameter]
+    joint: str | None = None  # of an arm's effect
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,7 @@ class RefittedValue:
     name: str
     source: str
     parameters: dict[str, FoundParameter]
+    joint: str | None = None
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,7 @@ class Candidate:
     evidence: float
     confusable_with: tuple[str, ...]
     reason: str | None = None  # why it is not excited, or not named
+    joint: str | None = None
 
 
 @dataclass(frozen=True)
@@ -122,6 +125,24 @@ class Unexplained:
     ci: Interval
     where: tuple[Place, ...]
     resembles: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class TipGap:
+    """How far the tip of an arm is off in a free run, root mean square."""
+
+    unit: str  # mm
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class JointPart:
+    """What an arm's report says of one joint."""
+
+    verdict: str
+    gap: GapSize
+    effects: tuple[FoundEffect, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +164,8 @@ class GapReport:
     withheld: tuple[str, ...] | None = None  # effects that were found, and make held-out data worse
     held_out: HeldOut | None = None  # of a joint
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
+    tip: TipGap | None = None  # of an arm
+    joints: dict[str, JointPart] | None = None  # of an arm, by name
 
     @classmethod
     def of(cls, data: Mapping[str, Any], **more: Any) -> Self:

@@ -16,6 +16,7 @@ LIBRARIES = {
     "joint": "vision_s2r.joint:JOINT_EFFECTS",
     "camera": "vision_s2r.camera:CAMERA_EFFECTS",
     "contact": "vision_s2r.contact:CONTACT_EFFECTS",
+    "arm": "vision_s2r.arm.effect:ARM_EFFECTS",
 }
 
 
@@ -28,7 +29,8 @@ class ReportedParameter:
     high: float
 
 
-Diagnosed = dict[str, dict[str, ReportedParameter]]  # by effect, its parameters by name
+# By effect, its parameters by name; an arm's are called JOINT.EFFECT, but for those of the whole arm.
+Diagnosed = dict[str, dict[str, ReportedParameter]]
 
 
 def library(kind: str) -> Registry[Any]:
@@ -70,7 +72,8 @@ def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
         if not isinstance(given, Mapping) or not all(isinstance(one, Mapping) for one in given.values()):
             raise UserError(f"{effect.name}: parameters are missing, expected value, unit and ci of each")
         values = effect.check({name: one.get("value") for name, one in given.items()})
-        named[effect.name] = {
+        joint = each.get("joint")
+        named[effect.name if joint is None else f"{joint}.{effect.name}"] = {
             parameter.name: _estimate(parameter, values[parameter.name], given[parameter.name].get("ci"), effect)
             for parameter in effect.parameters
         }

@@ -47,7 +47,8 @@ def parameters(effect: Mapping[str, Any]) -> str:
         f"{'' if len(given) == 1 else name.replace('_', ' ') + ' '}{measured(each)}".strip()
         for name, each in given.items()
     ]
-    return f"{effect['name'].replace('_', ' ')} ({', '.join(shown)})"
+    joint = f"{effect['joint']}: " if effect.get("joint") else ""
+    return f"{joint}{effect['name'].replace('_', ' ')} ({', '.join(shown)})"
 
 
 def measured(parameter: Mapping[str, Any]) -> str:

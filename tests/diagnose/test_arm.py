@@ -1,0 +1,49 @@
+"""Arms: which joint has what, the payload of all, and reports that replay."""
+
+import json
+
+import mujoco
+import pytest
+from recordings import an_arm
+
+from vision_s2r.diagnose.arm import diagnose_arm
+from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
+from vision_s2r.diagnose.replay import replay
+from vision_s2r.report.reading import diagnosed, read_report, values
+
+# A small search among a dozen effects: the search itself has tests of its own.
+SLOW = ("backlash", "compliance", "cogging", "load_dependent_stribeck", "stribeck_friction", "torque_speed_limit")
+SEARCH = SearchConfig(breadth=3, beam=1, contenders=1, most=1, folds=2)
+QUICK = DiagnoseConfig(joint=SEARCH, withhold=[*SLOW, "thermal_drift", "asymmetric_friction"])
+
+
+def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(tmp_path):
+    recording = an_arm({"elbow": {"latency": {"delay": 0.02}}})
+    done = diagnose_arm(recording, QUICK)
+    done.save(tmp_path / "report")
+    report = read_report(tmp_path / "report" / "report.json")
+    assert [(each["joint"], each["name"]) for each in report["effects"]] == [("elbow", "latency")]
+    assert report["verdict"] == "explained" and report["joints"]["shoulder"]["verdict"] == "no_gap"
+    assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.02, rel=0.02)
+    assert report["tip"]["after"] < 0.1 * report["tip"]["before"]
+    again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])
+    assert again["gap"]["before"] == report["gap"]["before"] and again["gap"]["after"] == report["gap"]["after"]
+    assert again["gaps"]["tip"] == report["tip"]
+    head = (tmp_path / "replay.csv").read_text().splitlines()[0]
+    assert head.startswith("episode,t,position.shoulder_measured,position.shoulder_before,position.shoulder_after")
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "elbow: latency" in page and "Joint by joint" in page
+    patch = (tmp_path / "report" / "patch" / "patched.xml").read_text()
+    model = mujoco.MjModel.from_xml_string(patch)
+    assert "elbow: latency" in patch and model.nu == 2 and model.actuator_forcerange[0, 1] == 15
+
+
+def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path):
+    payload = {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}
+    report = diagnose_arm(an_arm(payload=payload), QUICK).to_dict()
+    (effect,) = report["effects"]
+    assert effect["name"] == "payload" and "joint" not in effect and report["verdict"] == "explained"
+    assert effect["parameters"]["mass"]["value"] == pytest.approx(0.15, rel=0.05)
+    nothing = diagnose_arm(an_arm(), QUICK).to_dict()
+    assert nothing["verdict"] == "no_gap" and not nothing["effects"]
+    assert json.dumps(nothing, allow_nan=False)

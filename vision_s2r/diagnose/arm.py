@@ -1,0 +1,346 @@
+"""An arm, diagnosed joint by joint, with what is common to all joints; and how far its whole free run is off.
+
+Each joint is searched as any joint is, under the load of the others. A payload is tried over all of them at once, and
+kept where it leaves fewer joints unexplained, or needs fewer names, than the joints alone.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose
+from vision_s2r.diagnose.report import ALTERNATIVES
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors, tip_errors
+from vision_s2r.fit.arm.payload import FoundPayload, PayloadFit
+from vision_s2r.fit.arm.problems import Problems, motions, problems
+from vision_s2r.fit.case import Values
+from vision_s2r.fit.gap import Gap, Share
+from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
+from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
+from vision_s2r.fit.joint.track import fast_noise
+from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.recording import ArmRecording, JointRecording
+from vision_s2r.report.arm import figures
+from vision_s2r.report.drawing import Figures
+from vision_s2r.report.reading import FORMAT
+
+NOT_OF_ARMS = ("gravity_torque", "position_offset")  # the bodies' weight is the model's
+REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before a payload is tried
+MUCH = 0.3  # of what is over the noise, that a payload explains where it is one
+WORDS = (
+    "position of all joints in a free run of the whole arm from each episode's first row to its end, "
+    "on stretches that no fit has seen"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmDiagnosis(SavedDiagnosis):
+    """A report that knows what it was made from."""
+
+    recording: ArmRecording = field(repr=False)
+    parts: dict[str, Diagnosis] = field(repr=False)  # of each joint
+    found: Values = field(repr=False)  # by JOINT.EFFECT
+
+    @property
+    def patched(self) -> bool:
+        """Whether the simulator has anything that it had not."""
+        return bool(self.found)
+
+    def plot(self) -> Figures:
+        """Figures by caption: the stretch in which the arm is furthest off, and which joints the gap is of."""
+        return figures(self.recording, self.found, self.to_dict())
+
+
+@dataclass(frozen=True)
+class _Settled:
+    """The joints of an arm, diagnosed under the loads of one payload, or of none."""
+
+    payload: FoundPayload | None
+    problems: Problems
+    parts: dict[str, Diagnosis]
+
+    @property
+    def cost(self) -> tuple[int, int]:
+        """Joints that are not explained, and names that it takes."""
+        unsettled = sum(part.verdict not in ("no_gap", "explained") for part in self.parts.values())
+        return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.payload is not None)
+
+    def of_arm(self, parts: Mapping[str, Values]) -> dict[str, dict[str, float]]:
+        """Effects of each joint as those of the arm, with the payload."""
+        found = {} if self.payload is None else {PAYLOAD: self.payload.values}
+        return found | {key: given for name in parts for key, given in self.problems.of_arm(name, parts[name]).items()}
+
+
+def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) -> ArmDiagnosis:
+    """Diagnose an arm with `jobs` threads. Raises UserError as `diagnose` does."""
+    for name in cfg.withhold:
+        if name not in ARM_EFFECTS:
+            known = [effect.name for effect in ARM_EFFECTS]
+            raise UserError(f"withhold: no effect is called '{name}': {nearest(name, known)}")
+    settled = _settle(recording, cfg, jobs)
+    values = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items()}
+    found = settled.of_arm(values)
+    written = _report(recording, settled, cfg)
+    return ArmDiagnosis.of(written, recording=recording, parts=settled.parts, found=found)
+
+
+def _settle(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
+    """The joints with the payload that they need, if any."""
+    servos = all(joint.servo for joint in recording.joints.values())
+    fit = PayloadFit(recording, motions(recording, {}))
+    off = int((fit.before > REMARKABLE).sum())
+    if PAYLOAD in cfg.withhold or not off or not servos:
+        return _under(None, recording, cfg, jobs)
+    payload = fit.fit()
+    if payload.share < MUCH:
+        return _under(None, recording, cfg, jobs)
+    closer = PayloadFit(recording, motions(recording, {PAYLOAD: payload.values}))  # the motion of an arm that has it
+    loaded = _under(closer.fit(), recording, cfg, jobs)
+    if loaded.cost == (0, 1) and off > 1:
+        return loaded
+    return min(loaded, _under(None, recording, cfg, jobs), key=lambda settled: settled.cost)
+
+
+def _under(payload: FoundPayload | None, recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
+    """The joints, the worst first: what it has is in the motion that loads the others."""
+    withheld = {*NOT_OF_ARMS, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
+    own = replace(cfg, withhold=sorted(withheld))
+    weight: Values = {} if payload is None else {PAYLOAD: payload.values}
+    made, found = problems(recording, motions(recording, weight), weight), dict(weight)
+    parts: dict[str, Diagnosis] = {}
+    for _ in recording.joints:
+        rest = {name: _excess(joint) for name, joint in made.joints.items() if name not in parts}
+        name = max(rest, key=lambda each: rest[each])
+        parts[name] = diagnose(made.joints[name], own, jobs)
+        values = made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
+        if values:
+            found |= values
+            made = problems(recording, motions(recording, found), weight)
+    return _Settled(payload, made, {name: parts[name] for name in recording.joints})
+
+
+def _excess(joint: JointRecording) -> float:
+    """How far the simulator is off, in units of the noise."""
+    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {}))))) / max(
+        fast_noise(joint.position), 1e-12
+    )
+
+
+@dataclass(frozen=True)
+class _Errors:
+    """Mean squared errors [S, J] of the whole arm's free run, by segments and joints, and what noise makes of them."""
+
+    before: np.ndarray
+    loaded: np.ndarray  # with the payload alone
+    after: np.ndarray
+    floor: np.ndarray
+    tip: dict[str, Any] | None
+    seed: int
+
+    def gap(self, joint: int | slice) -> Gap:
+        """Of one joint, or the mean over all."""
+        before, after, floor = (
+            each[:, joint] if isinstance(joint, int) else each.mean(axis=1)
+            for each in (self.before, self.after, self.floor)
+        )
+        return Gap(before, before, after, floor, self.seed)
+
+    def weight(self, joint: int) -> float:
+        """The part of the arm's gap that is this joint's, beside the payload's."""
+        over = np.maximum((self.loaded - self.floor).mean(axis=0), 0.0)
+        return float(over[joint] / max((self.before - self.floor).mean(axis=0).clip(0).sum(), over.sum(), 1e-300))
+
+
+def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> dict[str, Any]:
+    held_out = _held_out(recording, settled)
+    errors = _errors(recording, settled, held_out, cfg.seed)
+    parts = {name: part.to_dict() for name, part in settled.parts.items()}
+    effects, refitted, candidates, alternatives = [], [], [], []
+    for j, (name, part) in enumerate(parts.items()):
+        weight = errors.weight(j)
+        for effect in part["effects"]:
+            effects.append(_of_joint(settled, name, effect) | _weighed(effect, weight))
+        refitted += [_of_joint(settled, name, each) for each in part.get("refitted", [])]
+        candidates += [each | {"joint": name} for each in part["candidates"]]
+        alternatives += [
+            each | {"effects": [label(effect, name) for effect in each["effects"]]} for each in part["alternatives"]
+        ]
+    gap = errors.gap(slice(None))
+    if settled.payload is not None:
+        effects.append(_payload(settled.payload, gap.share(np.asarray((errors.before - errors.loaded).mean(axis=1)))))
+    candidates.append(_payload_line(settled, cfg))
+    rest = gap.share(gap.after - gap.floor)
+    return {
+        "format": FORMAT,
+        "kind": recording.kind,
+        "verdict": _verdict([part["verdict"] for part in parts.values()], bool(effects)),
+        "gap": _gap(gap, recording) | {"described": WORDS},
+        "tip": errors.tip,
+        "sources": _sources(effects),
+        "where": [
+            {"axis": "joint", "at": name, "share": errors.weight(j)}
+            for j, name in sorted(enumerate(parts), key=lambda each: -errors.weight(each[0]))
+        ],
+        "effects": sorted(effects, key=lambda effect: -effect["share"]),
+        "refitted": refitted,
+        "withheld": [label(effect, name) for name, part in parts.items() for effect in part.get("withheld", [])],
+        "candidates": candidates,
+        "alternatives": sorted(alternatives, key=lambda each: -each["evidence"])[:ALTERNATIVES],
+        "unexplained": {
+            "share": rest.value,
+            "ci": list(rest.ci),
+            "where": [],
+            "resembles": [f"{name}: {each}" for name, part in parts.items() for each in _resembles(part)],
+        },
+        "next_experiment": _next(parts),
+        "held_out": held_out,
+        "left_out": recording.left_out,
+        "joints": {
+            name: {
+                "verdict": part["verdict"],
+                "gap": _gap(errors.gap(j), recording, name),
+                "effects": [each for each in effects if each.get("joint") == name],
+            }
+            for j, (name, part) in enumerate(parts.items())
+        },
+    }
+
+
+def label(effect: str, joint: str) -> str:
+    """An effect of a joint among those of the arm."""
+    return f"{joint}.{effect}"
+
+
+def _held_out(recording: ArmRecording, settled: _Settled) -> dict[str, Any]:
+    """What a replay of this very recording needs to see it as the report did."""
+    parts = settled.parts
+    first = next(iter(parts.values()))
+    folds = [
+        settled.of_arm({name: part.settled.simulator.folds[k].values for name, part in parts.items()})
+        for k in range(len(first.settled.simulator.folds))
+    ]
+    assert first.held_out is not None
+    return {
+        "recording": fingerprint(recording),
+        "segments": [list(each) for each in first.held_out.segments],
+        "folds": folds,
+    }
+
+
+def _errors(recording: ArmRecording, settled: _Settled, held_out: Mapping[str, Any], seed: int) -> _Errors:
+    before = free_run(recording, {})
+    loaded = before if settled.payload is None else free_run(recording, {PAYLOAD: settled.payload.values})
+    after = in_folds(recording, held_out)
+    noise = [part.case.floor([0])[0] for part in settled.parts.values()]
+    one, two, three = (
+        by_stretch(recording, gap_errors(recording, states), held_out) for states in (before, loaded, after)
+    )
+    floor = np.tile(noise, (len(one), 1))
+    payload = {} if settled.payload is None else {PAYLOAD: settled.payload.values}
+    return _Errors(one, two, three, floor, tip_gap(recording, payload, before, after), seed)
+
+
+def in_folds(recording: ArmRecording, held_out: Mapping[str, Any]) -> np.ndarray:
+    """The free run [E, T, J, 2] whose every stretch has parameters that have not seen it."""
+    runs: dict[str, np.ndarray] = {}
+    out = np.full((*recording.any.position.shape, len(recording.joints), 2), np.nan)
+    for episode, first, end, fold in held_out["segments"]:
+        values = held_out["folds"][fold]
+        states = runs.setdefault(repr(values), np.empty(0))
+        if not states.size:
+            states = runs[repr(values)] = free_run(recording, values)
+        e = recording.episodes.index(episode)
+        out[e, first:end] = states[e, first:end]
+    return out
+
+
+def tip_gap(recording: ArmRecording, payload: Values, before: np.ndarray, after: np.ndarray) -> dict[str, Any] | None:
+    """How far the tip is off (mm, root mean square), before and after; None where the tip is not known."""
+    far = [tip_errors(recording, payload, states) for states in (before, after)]
+    if far[0] is None or far[1] is None:
+        return None
+    one, two = (float(1e3 * np.sqrt(np.nanmean(each**2))) for each in far if each is not None)
+    return {"unit": "mm", "before": one, "after": two}
+
+
+def _of_joint(settled: _Settled, joint: str, effect: Mapping[str, Any]) -> dict[str, Any]:
+    """An effect of a joint's report as one of the arm's."""
+    parameters = {}
+    for key, one in effect["parameters"].items():
+        value, low, high = (
+            settled.problems.of_rotor(joint, effect["name"], {key: x})[key] for x in (one["value"], *one["ci"])
+        )
+        parameters[key] = {**one, "value": value, "ci": [low, high]}
+    return {**effect, "joint": joint, "parameters": parameters}
+
+
+def _weighed(effect: Mapping[str, Any], weight: float) -> dict[str, Any]:
+    return {"share": weight * effect["share"], "ci": [weight * end for end in effect["ci"]]}
+
+
+def _payload(payload: FoundPayload, share: Share) -> dict[str, Any]:
+    units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[PAYLOAD].parameters}
+    return {
+        "name": PAYLOAD,
+        "source": "dynamics",
+        "share": share.value,
+        "ci": list(share.ci),
+        "evidence": payload.evidence,
+        "parameters": {
+            name: {"value": value, "unit": units[name], "ci": list(payload.ci[name])}
+            for name, value in payload.values.items()
+        },
+    }
+
+
+def _payload_line(settled: _Settled, cfg: DiagnoseConfig) -> dict[str, Any]:
+    found = settled.payload
+    status = "absent" if found is None else "present"
+    evidence = 0.0 if found is None else found.evidence
+    return {"name": PAYLOAD, "status": status, "evidence": evidence, "confusable_with": []}
+
+
+def _verdict(joints: list[str], named: bool) -> str:
+    """One for the arm, of those of its joints."""
+    if not set(joints) - {"no_gap", "explained"}:
+        return "explained" if named else "no_gap"
+    return "partly_explained" if named else "unexplained"
+
+
+def _gap(gap: Gap, recording: ArmRecording, joint: str | None = None) -> dict[str, Any]:
+    shrink = gap.shrink(gap.after)
+    linear = joint is not None and recording.joints[joint].units == "linear"
+    return {
+        "metric": "position_rmse",
+        "unit": "m" if linear else "rad",
+        **{key: float(np.sqrt(getattr(gap, key).mean())) for key in ("before", "after", "floor")},
+        "shrink": shrink.value,
+        "shrink_ci": list(shrink.ci),
+    }
+
+
+def _sources(effects: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    found = []
+    for source in sorted({effect["source"] for effect in effects}):
+        own = [effect for effect in effects if effect["source"] == source]
+        ends = [min(sum(effect["ci"][k] for effect in own), 1.0) for k in (0, 1)]
+        found.append({"source": source, "share": sum(effect["share"] for effect in own), "ci": ends})
+    return sorted(found, key=lambda each: -each["share"])
+
+
+def _resembles(part: Mapping[str, Any]) -> list[str]:
+    return list(part["unexplained"].get("resembles") or [])
+
+
+def _next(parts: Mapping[str, Mapping[str, Any]]) -> str:
+    """What each joint asks for, those of one wish together."""
+    wishes: dict[str, list[str]] = {}
+    for name, part in parts.items():
+        if part["next_experiment"]:
+            wishes.setdefault(part["next_experiment"], []).append(name)
+    return " ".join(f"{', '.join(names)}: {wish}" for wish, names in wishes.items())

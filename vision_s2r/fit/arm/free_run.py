@@ -1,0 +1,85 @@
+"""A log of an arm through the simulator, which only knows the commands and each episode's first row."""
+
+import hashlib
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.arm.bodies import Bodies
+from vision_s2r.arm.effect import PAYLOAD
+from vision_s2r.arm.model import ArmModel
+from vision_s2r.arm.simulate import Run, simulate
+from vision_s2r.fit.case import Values
+from vision_s2r.fit.joint.free_run import fingerprint as of_joint
+from vision_s2r.joint import Nominal, pack
+from vision_s2r.recording import ArmRecording
+
+
+def free_run(recording: ArmRecording, effects: Values) -> np.ndarray:
+    """Positions and velocities [E, T, J, 2] of a simulation of the whole arm; NaN after an episode's end."""
+    runs = free_runs(recording, effects)
+    out = np.full((*recording.any.position.shape, len(recording.joints), 2), np.nan)
+    for states, run in zip(out, runs, strict=True):
+        states[: run.states.shape[1]] = run.states.transpose(1, 0, 2)
+    return out
+
+
+def free_runs(recording: ArmRecording, effects: Values) -> list[Run]:
+    """The same, episode by episode, with the loads on the joints."""
+    bodies = bodies_of(recording, effects)
+    machines = np.array(
+        [pack(Nominal(**joint.nominal), effects_of(name, effects)) for name, joint in recording.joints.items()]
+    )
+    some, runs = recording.any, []
+    for k, length in enumerate(some.lengths):
+        command = np.array([joint.command[k, :length] for joint in recording.joints.values()])
+        first = np.array([joint.first[k] for joint in recording.joints.values()])
+        runs.append(simulate(bodies, machines, command, first, np.array(some.time[k, :length])))
+    return runs
+
+
+def bodies_of(recording: ArmRecording, effects: Values) -> Bodies:
+    """The recording's bodies, with the payload where the effects have one."""
+    model = ArmModel(recording.model)
+    return Bodies(model, list(recording.joints), recording.hold, recording.tip, effects.get(PAYLOAD))
+
+
+def effects_of(joint: str, effects: Values) -> dict[str, dict[str, float]]:
+    """Of the effects of an arm, those of one joint, by their own names."""
+    own = (key for key in effects if key.rpartition(".")[0] == joint)
+    return {key.rpartition(".")[2]: dict(effects[key]) for key in own}
+
+
+def gap_errors(recording: ArmRecording, states: np.ndarray) -> np.ndarray:
+    """Squared errors [E, T, J] of the positions of a free run [E, T, J, 2], rad² or m²; NaN after an episode's end."""
+    return (recording.position - states[..., 0]) ** 2
+
+
+def by_stretch(recording: ArmRecording, values: np.ndarray, held_out: Mapping[str, Any]) -> np.ndarray:
+    """Means [S, J] of values [E, T, J] over the stretches of a report's `held_out`."""
+    segments = held_out["segments"]
+    rows = [(recording.episodes.index(episode), first, end) for episode, first, end, _ in segments]
+    return np.array([np.nanmean(values[e, first:end], axis=0) for e, first, end in rows])
+
+
+def tip_errors(recording: ArmRecording, effects: Values, states: np.ndarray) -> np.ndarray | None:
+    """Distance [E, T] (m) of the tip from where the measured joints put it; None where the tip is not known.
+
+    Of both, the bodies are the model's: what the model has wrong about lengths is not in it.
+    """
+    if recording.tip is None:
+        return None
+    bodies = bodies_of(recording, effects)
+    out = np.full(states.shape[:2], np.nan)
+    measured = recording.position
+    for k, length in enumerate(recording.any.lengths):
+        there, here = bodies.tip(measured[k, :length]), bodies.tip(states[k, :length, :, 0])
+        assert there is not None and here is not None
+        out[k, :length] = np.linalg.norm(here - there, axis=-1)
+    return out
+
+
+def fingerprint(recording: ArmRecording) -> str:
+    """What tells a recording from every other."""
+    return hashlib.sha256("".join(map(of_joint, recording.joints.values())).encode()).hexdigest()
