@@ -9,7 +9,7 @@ from vision_s2r.gapbench.generate.base import CASES, SPLITS
 from vision_s2r.options import option, validate
 
 STAGES = ("generate", "score", "all")
-KINDS = ("joint", "camera", "contact")
+KINDS = ("joint", "camera", "contact", "arm")
 COUNTS = {
     "null": 20,
     "dynamics": 18,

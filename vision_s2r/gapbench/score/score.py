@@ -6,6 +6,7 @@ from typing import Any
 
 DYNAMICS = {
     *("viscous_damping", "coulomb_friction", "inertia", "gravity_torque", "bias_torque", "torque_constant"),
+    *("proportional_gain", "derivative_gain", "position_offset", "payload"),
 }
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
 SILENT_VERDICTS = {"no_gap", "explained"}
@@ -63,7 +64,7 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
     case = answer["case"]
     silent: dict[str, Any] = {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
     said = report or silent
-    named = {effect["name"] for effect in said["effects"]}
+    named = {label(effect) for effect in said["effects"]}
     required, optional = set(answer["effects"]), set(answer["optional"])
     equivalents = [set(names) for names in answer["equivalents"]]
     same = [required, *(names for names in equivalents if len(names) <= len(required))]
@@ -96,10 +97,18 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
     )
 
 
+def label(line: Mapping[str, Any]) -> str:
+    """What a line of a report is about: an effect, in an arm that of a joint."""
+    return f"{line['joint']}.{line['name']}" if line.get("joint") else str(line["name"])
+
+
 def _declared(report: Mapping[str, Any], named: set[str], required: set[str]) -> bool:
     """Whether the report itself says that what it names wrongly may be what it does not name."""
     missing, extra = required - named, named - required
-    status = {line["name"]: set(line.get("confusable_with", ())) for line in report["candidates"]}
+    status = {
+        label(line): {label({**line, "name": each}) for each in line.get("confusable_with", ())}
+        for line in report["candidates"]
+    }
     declared = [status.get(name, set()) & named for name in missing]
     return bool(missing) and all(declared) and extra <= set().union(*declared)
 
@@ -119,16 +128,16 @@ def _drive(report: Any, named: set[str], required: set[str], optional: set[str])
 
 def source_of(kind: str, effect: str) -> str:
     """The source of the gap that an effect of this kind of recording belongs to."""
-    if kind != "joint":
+    if kind not in ("joint", "arm"):
         return kind
-    return "dynamics" if effect in DYNAMICS else "actuator"
+    return "dynamics" if effect.rpartition(".")[2] in DYNAMICS else "actuator"
 
 
 def _source_right(
     kind: str, report: Mapping[str, Any], required: set[str], optional: set[str], equivalents: list[set[str]]
 ) -> bool:
     """The sources of the named effects are those of the answer or of a degenerate description."""
-    claimed = {effect["source"] for effect in report["effects"] if effect["name"] not in optional - required}
+    claimed = {effect["source"] for effect in report["effects"] if label(effect) not in optional - required}
     return any(claimed == {source_of(kind, name) for name in names} for names in (required, *equivalents))
 
 
@@ -170,7 +179,8 @@ def _parameter_scores(report: Mapping[str, Any], truth: Mapping[str, Mapping[str
     (A yaw of zero beside a pitch of one degree is not infinitely wrong, nor is a k2 of nothing beside a large k1.)
     """
     for effect in report["effects"]:
-        name, true = effect["name"], truth.get(effect["name"], {})
+        name = label(effect)
+        true = truth.get(name, {})
         units = {key: effect["parameters"].get(key, {}).get("unit", "") for key in true}
         for key, value in true.items():
             told = effect["parameters"].get(key)

@@ -55,6 +55,8 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
     goals = {"single": 0.97, "pair": 0.90, "triple": 0.75, "all_nominal": 0.90}
     if kind == "contact":
         goals = {"single": 0.95, "pair": 0.85}
+    if kind == "arm":
+        goals = {"single": 0.90, "pair": 0.80}
     titles = {
         "single": "one effect: exact",
         "unpaired": "one effect, unpaired: exact",
