@@ -88,6 +88,21 @@ def test_a_ball_that_hits_sliding_leaves_as_coulombs_impulse_has_it():
     assert out[-1, 11] == pytest.approx(0.1 * 1.5 * fall * 0.05 / (0.4 * 0.05**2), rel=1e-6)
 
 
+def test_a_rounded_corner_comes_down_later_and_a_face_where_it_did():
+    half, radius = 0.0524, 0.01
+    effects = {"corner_radius": {"value": radius}}
+    upright = (np.sin(np.arctan(np.sqrt(2)) / 2), np.cos(np.arctan(np.sqrt(2)) / 2))  # a diagonal is vertical
+    axis = upright[0] / np.sqrt(2)
+    on_corner = state((0, 0, 0.3), attitude=(axis, -axis, 0, upright[1]))
+    out = motion(nominal(0.5, 0.5), CUBE, on_corner, 60, effects, substeps=7)
+    height = np.sqrt(3) * (half - radius) + radius
+    hit = np.sqrt(2 * (0.3 - height) / G)
+    k = int(np.ceil(hit / DT))
+    later = k * DT - hit
+    assert out[k, 2] == pytest.approx(height + 0.5 * G * hit * later - 0.5 * G * later**2, abs=1e-5)
+    assert motion(nominal(), CUBE, state((0, 0, 0.08)), 60, effects)[-1, 2] == pytest.approx(half, abs=1e-6)
+
+
 def test_a_compliant_contact_is_a_spring_with_a_damper_that_never_pulls():
     stiffness, damping = 5e3, 4.0
     effects = {"contact_compliance": {"stiffness": stiffness, "damping": damping}}

@@ -21,6 +21,7 @@ CUBE = box((0.05, 0.05, 0.05))
         ({"spinning": 0.02}, {"spinning_friction": {"value": 0.02}}),
         ({"rolling": 0.01}, {"rolling_friction": {"value": 0.01}}),
         ({"center_x": 0.006, "center_z": -0.005}, {"center_of_mass": {"x": 0.006, "y": 0.0, "z": -0.005}}),
+        ({"rounding": 0.008}, {"corner_radius": {"value": 0.008}}),
         ({"roll": 0.05, "pitch": -0.03}, {"support_tilt": {"roll": 0.05, "pitch": -0.03}}),
         ({"stiffness": 1e4, "damping": 8.0}, {"contact_compliance": {"stiffness": 1e4, "damping": 8.0}}),
     ],

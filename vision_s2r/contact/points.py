@@ -16,6 +16,7 @@ class Body(NamedTuple):
     """A shape about a centre of mass; compiled code reads it."""
 
     kind: int
+    rounding: float  # radius of the ball at each corner
     center: Vector  # of the shape, from the centre of mass, in the body's frame
     radius: float
     half_length: float
@@ -39,7 +40,13 @@ def heights(body: Body, corners: np.ndarray, position: Vector, q: Quaternion, po
     lowest = math.inf
     if body.kind == CORNERS:
         for k in range(len(points)):
-            gap = position[2] + down[0] * corners[k, 0] + down[1] * corners[k, 1] + down[2] * corners[k, 2]
+            gap = (
+                position[2]
+                + down[0] * corners[k, 0]
+                + down[1] * corners[k, 1]
+                + down[2] * corners[k, 2]
+                - body.rounding
+            )
             points[k, column] = gap
             lowest = min(lowest, gap)
         return lowest
@@ -69,6 +76,8 @@ def arm(body: Body, corners: np.ndarray, r: Matrix, k: int) -> Vector:
         r[3] * x + r[4] * y + r[5] * z,
         r[6] * x + r[7] * y + r[8] * z,
     )
+    if body.kind == CORNERS:
+        return x, y, z - body.rounding
     if body.kind == BALL:
         return x, y, z - body.radius
     if body.kind == ROLLER:

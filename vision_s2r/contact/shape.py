@@ -15,12 +15,16 @@ DENT = 1e-3  # of a mesh's size by which a corner may lie outside of a face
 FLAT = 1e-9  # of the cube of its size: no volume
 
 
+_NONE = np.zeros((0, 3))
+
+
 @dataclass(frozen=True)
 class Shape:
     """A convex body of uniform density, in a frame at its centroid."""
 
     kind: Literal["box", "sphere", "cylinder", "mesh"]
     points: np.ndarray  # float64 [N, 3], m: corners; of a round body none
+    inward: np.ndarray  # float64 [N, 3]: by how much each corner moves as all faces move inwards by 1
     radius: float  # m, of a round body
     half_length: float  # m, of a cylinder, whose axis is z
     inertia: np.ndarray  # float64 [3, 3], m²: about the centroid, of unit mass
@@ -50,12 +54,12 @@ def box(half_extents: tuple[float, float, float]) -> Shape:
     corners = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * h
     squares = h**2
     inertia = np.diag([squares[1] + squares[2], squares[0] + squares[2], squares[0] + squares[1]]) / 3
-    return Shape("box", corners, 0.0, 0.0, inertia, float(np.linalg.norm(h)), float(h.min()))
+    return Shape("box", corners, -np.sign(corners), 0.0, 0.0, inertia, float(np.linalg.norm(h)), float(h.min()))
 
 
 def sphere(radius: float) -> Shape:
     """A ball."""
-    return Shape("sphere", np.zeros((0, 3)), radius, 0.0, 0.4 * radius**2 * np.eye(3), radius, radius)
+    return Shape("sphere", _NONE, _NONE, radius, 0.0, 0.4 * radius**2 * np.eye(3), radius, radius)
 
 
 def cylinder(radius: float, length: float) -> Shape:
@@ -63,7 +67,7 @@ def cylinder(radius: float, length: float) -> Shape:
     half = length / 2
     across = radius**2 / 4 + half**2 / 3
     inertia = np.diag([across, across, radius**2 / 2])
-    return Shape("cylinder", np.zeros((0, 3)), radius, half, inertia, math.hypot(radius, half), min(radius, half))
+    return Shape("cylinder", _NONE, _NONE, radius, half, inertia, math.hypot(radius, half), min(radius, half))
 
 
 def mesh(path: Path) -> Shape:
@@ -91,7 +95,14 @@ def mesh(path: Path) -> Shape:
     inertia = np.trace(second) * np.eye(3) - second
     points = corners[hull.vertices] - centroid
     depth = float((-hull.equations[:, 3] - hull.equations[:, :3] @ (inside + centroid)).min())
-    return Shape("mesh", points, 0.0, 0.0, inertia, float(np.linalg.norm(points, axis=1).max()), depth)
+    inward = np.array([_inward(hull, k) for k in hull.vertices])
+    return Shape("mesh", points, inward, 0.0, 0.0, inertia, float(np.linalg.norm(points, axis=1).max()), depth)
+
+
+def _inward(hull: ConvexHull, corner: int) -> np.ndarray:
+    """How a corner moves as the faces that meet there move inwards by 1."""
+    normals = hull.equations[(hull.simplices == corner).any(axis=1), :3]
+    return np.asarray(np.linalg.lstsq(normals, -np.ones(len(normals)), rcond=None)[0])
 
 
 def _check_convex(path: Path, corners: np.ndarray, faces: list[list[int]]) -> None:

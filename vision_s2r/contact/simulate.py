@@ -22,6 +22,7 @@ from vision_s2r.errors import UserError
 
 STATE = 13  # position, attitude (x, y, z, w), velocity, spin
 STEP = 0.0015  # s; the default step is the longest below it that divides the sample time
+MOST_ROUND = 0.95  # of the body's depth: corners are no rounder than that
 WORTH_THREADS = 20_000  # steps; less than this is over before threads have started
 
 _WIDTH = len(COLUMNS)
@@ -65,7 +66,15 @@ def simulate(
     corners = np.require(shape.points, np.float64, _PLAIN)
     round_body = (shape.radius, shape.half_length, shape.inertia.ravel(), np.linalg.inv(shape.inertia).ravel())
     isotropic = bool(np.ptp(np.linalg.eigvalsh(shape.inertia)) < 1e-9 * np.trace(shape.inertia))
-    body = (KINDS[shape.kind], corners, *round_body, isotropic, shape.reach)
+    body = (
+        KINDS[shape.kind],
+        corners,
+        np.require(shape.inward, np.float64, _PLAIN),
+        shape.depth,
+        *round_body,
+        isotropic,
+        shape.reach,
+    )
     inputs = (first, starts, float(sample_time), steps, terms.array())
 
     def share(k: int) -> None:
@@ -108,6 +117,8 @@ def _compile(sources: str) -> Callable[..., Any]:
         machines: np.ndarray,
         kind: int,
         of_shape: np.ndarray,
+        inward: np.ndarray,
+        depth: float,
         radius: float,
         half_length: float,
         inertia: np.ndarray,
@@ -133,11 +144,13 @@ def _compile(sources: str) -> Callable[..., Any]:
             row = machines[c]
             machine = Machine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
             x, y, z = row[_CENTER], row[_CENTER + 1], row[_CENTER + 2]
+            rounding = min(machine.corner_radius_value, MOST_ROUND * depth)
             for k in range(len(corners)):
                 for axis in range(3):
-                    corners[k, axis] = of_shape[k, axis] - row[_CENTER + axis]
+                    corners[k, axis] = of_shape[k, axis] + rounding * inward[k, axis] - row[_CENTER + axis]
             body = Body(
                 kind,
+                rounding,
                 (-x, -y, -z),
                 radius,
                 half_length,

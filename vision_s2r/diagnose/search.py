@@ -87,13 +87,23 @@ class Search:
         return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
 
     def _swap(self, found: Assessment) -> Assessment:
-        """With an effect exchanged for its rival, where that is the likelier of the two."""
+        """With an effect exchanged for its rival, where that is the likelier of the two.
+
+        One of fewer parameters is taken unless the likelier is worth its others.
+        """
         swaps = [
             (found.names - {name} | {rival}, found.hypothesis)
             for name in sorted(found.names - self._base)
             for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
         ]
-        return max([found, *self._assessor.assess(swaps)], key=lambda assessment: assessment.score)
+        rivals = [found, *self._assessor.assess(swaps)]
+        best = max(rivals, key=lambda assessment: assessment.score)
+        simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
+        enough = [each for each in simpler if not self._assessor.worth(best, each)]
+        return max(enough, key=lambda assessment: assessment.score, default=best)
+
+    def _parameters(self, found: Assessment) -> int:
+        return sum(len(self._case.library[name].parameters) for name in found.names & frozenset(self._case.library))
 
     def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
         """Without those of the doubtful names that are not worth their name beside the others.

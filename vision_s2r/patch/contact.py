@@ -57,6 +57,8 @@ def bullet(named: Diagnosed, recording: ContactRecording) -> str:
     if "center_of_mass" in named:
         offset = [named["center_of_mass"][axis].value for axis in "xyz"]
         patch["createMultiBody"] = {"baseInertialFramePosition": offset}
+    if "corner_radius" in named:  # no argument: the shape has to be another
+        patch["shape"] = {"corner_radius": values["corner_radius", "value"]}
     return json.dumps(patch, indent=1) + "\n"
 
 
@@ -67,6 +69,7 @@ def urdf(named: Diagnosed, recording: ContactRecording) -> str:
     if "center_of_mass" in named:
         xyz = " ".join(f"{named['center_of_mass'][axis].value:.9g}" for axis in "xyz")
         lines += [f'  <inertial><origin xyz="{xyz}"/></inertial>']
+    lines += [f"  {_rounded(named)}"] if "corner_radius" in named else []
     lines += ["  <contact>"]
     lines += [f'    <{URDF[key]} value="{values[key]:.9g}"/>' for key in values if key in URDF]
     lines += ["  </contact>", *_of_world(named, recording), "</link>"]
@@ -99,7 +102,13 @@ def mujoco(named: Diagnosed, recording: ContactRecording) -> str:
     if "center_of_mass" in named:
         xyz = " ".join(f"{named['center_of_mass'][axis].value:.9g}" for axis in "xyz")
         lines += [f'  <!-- the body\'s inertial frame: pos="{xyz}" -->']
+    lines += [f"  {_rounded(named)}"] if "corner_radius" in named else []
     return "\n".join([*lines, "</mujoco>"]) + "\n"
+
+
+def _rounded(named: Diagnosed) -> str:
+    radius = named["corner_radius"]["value"].value
+    return f"<!-- its edges and corners have a radius of {radius:.6g} m: collide with a mesh that has it -->"
 
 
 def _of_world(named: Diagnosed, recording: ContactRecording) -> list[str]:

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 from tests.recordings import a_contact
 from vision_s2r.contact import CONTACT_EFFECTS, Nominal, box, pack, simulate
 from vision_s2r.contact.benchmark import toss
-from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import diagnose_all
+from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
+from vision_s2r.diagnose.diagnose import diagnose, diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
 from vision_s2r.fit.contact.predictor import plain
@@ -84,6 +84,24 @@ def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
     inside = np.repeat(predictor.windows.inside, 6, axis=1)
     assert np.sqrt(np.mean(bare[0, ..., 0][inside] ** 2)) > 5
     assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.2)
+
+
+def test_poses_that_are_off_at_rest_are_no_noise_and_still_show_friction_and_restitution():
+    effects = {"lateral_friction": {"value": 0.2}, "restitution": {"value": 0.1}}
+    recording, _ = tossed(effects, tosses=8, samples=130, noise=(2e-5, 2e-4))
+    off = Rotation.from_rotvec(np.random.default_rng(0).normal(0, 0.01, (8, 3)))
+    turned = [(a * Rotation.from_quat(q)).as_quat() for a, q in zip(off, recording.attitude, strict=True)]
+    recording = dataclasses.replace(
+        recording,
+        attitude=np.stack(turned),
+        nominal=recording.nominal | {"lateral_friction": 0.5, "restitution": 0.5},
+    )
+    assert make_track(recording).bias[1] == pytest.approx(0.01, rel=0.5)
+    cfg = DiagnoseConfig(contact=SearchConfig(beam=1, breadth=3, contenders=2, most=2))
+    found = {effect.name: effect.parameters["value"].value for effect in diagnose(recording, cfg).effects}
+    assert found.keys() == effects.keys()
+    assert found["lateral_friction"] == pytest.approx(0.2, rel=0.1)
+    assert found["restitution"] == pytest.approx(0.1, abs=0.03)
 
 
 def test_a_wrong_friction_is_named_replayed_and_patched(tmp_path):

@@ -5,7 +5,6 @@ from typing import Any, cast
 
 import numpy as np
 
-from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
 from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
@@ -52,7 +51,7 @@ class Fitter:
         data, start = self.data(segments), start or NOMINAL
         if names and names == names_of(start) and len(segments) < self.segments:
             return self._shifted(start, segments, data)
-        known = names & (names_of(start) | set(COEFFICIENTS))
+        known = names & names_of(start)
         fitted, missing = start.only(known), set(names - known)
         if not missing or known != names_of(start):
             space = self.space(known)

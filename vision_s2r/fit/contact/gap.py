@@ -73,7 +73,7 @@ class Gap:
             first[:, 7:] += draw[:, 6:]
             other = predictor.run(space, point[None], index, first)[0]
             total += ((other - truth)[..., :3] ** 2).sum(axis=-1)
-        return np.asarray(total / REPLICAS + 3 * track.states.noise[0] ** 2)
+        return np.asarray(total / REPLICAS + 3 * (track.states.noise[0] ** 2 + track.bias[0] ** 2))
 
     def _means(self, values: np.ndarray, segments: Iterable[int]) -> np.ndarray:
         w = self._long.windows

@@ -1,7 +1,8 @@
 """What machines predict of windows, set against what was measured, in units of what is not known of it.
 
-Not known are the measured poses, the first state, which every prediction carries on (to first order: its covariance
-through the simulator), and what the simulator's step leaves. All poses of a window are whitened together.
+Not known are the measured poses (their noise, and how far bodies at rest are off), the first state, which every
+prediction carries on (to first order: its covariance through the simulator), and what the simulator's step leaves. All
+poses of a window are whitened together.
 """
 
 import math
@@ -89,7 +90,7 @@ class Predictor:
         fine = self.run(space, point[None], index, w.first[index], FINER)[0]
         columns.append(difference(fine, plain).reshape(len(index), -1))
         spread = np.stack(columns, axis=2)  # [W, 6·H, 13]
-        noise = np.tile(np.repeat(np.square(track.states.noise), 3), len(w.steps))
+        noise = np.tile(np.repeat(np.square(track.states.noise) + np.square(track.bias), 3), len(w.steps))
         out = spread @ spread.transpose(0, 2, 1) + np.diag(noise)
         inside = np.repeat(w.inside[index], 6, axis=1)
         # Beyond an episode's end a variance of its own, so that the rest can be whitened.
@@ -113,7 +114,7 @@ def _moved(first: np.ndarray, axis: int, by: np.ndarray) -> np.ndarray:
 def plain(track: Track, windows: Windows) -> Predictor:
     """A predictor whose residuals are in units of the poses' noise alone."""
     size = 6 * len(windows.steps)
-    sigma = np.tile(np.repeat(track.states.noise, 3), len(windows.steps))
+    sigma = np.tile(np.repeat(np.hypot(track.states.noise, track.bias), 3), len(windows.steps))
     inside = np.repeat(windows.inside, 6, axis=1)
     whiten = np.broadcast_to(np.diag(1 / sigma), (len(windows.first), size, size)) * inside[:, :, None]
     return Predictor(track, windows, whiten)

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import Nominal, Shape
+from vision_s2r.fit.contact.bias import bias_of
 from vision_s2r.fit.contact.states import States, states_of
 from vision_s2r.recording import ContactRecording
 
@@ -49,6 +50,7 @@ class Track:
     shape: Shape
     sample_time: float
     states: States
+    bias: tuple[float, float]  # m and rad: by how much a toss's poses are off besides their noise
     position: np.ndarray  # [E, T, 3] as measured
     attitude: np.ndarray  # [E, T, 4]
     lengths: np.ndarray  # [E]
@@ -68,15 +70,19 @@ def make_track(recording: ContactRecording) -> Track:
     speed = np.linalg.norm(states.state[..., 7:10], axis=-1)
     speed += recording.shape.reach * np.linalg.norm(states.state[..., 10:], axis=-1)
     reach = NEAR * recording.shape.depth + 3 * states.noise[0]
-    rest = lowest[(speed < STILL + 3 * np.nan_to_num(states.sigma[..., 2])) & (np.abs(lowest) < 2 * reach)]
+    still = speed < STILL + 3 * np.nan_to_num(states.sigma[..., 2])
+    rest = lowest[still & (np.abs(lowest) < 2 * reach)]
     support = float(np.median(rest)) if len(rest) > 20 else 0.0
     position = recording.position - np.array([0.0, 0.0, support])
     states.state[..., 2] -= support
+    bias = bias_of(recording, still & (np.abs(lowest - support) < reach), states.noise)
+    states.sigma[..., :2] = np.hypot(states.sigma[..., :2], bias)
     return Track(
         nominal=Nominal(**recording.nominal),
         shape=recording.shape,
         sample_time=recording.sample_time,
         states=states,
+        bias=bias,
         position=position,
         attitude=recording.attitude,
         lengths=recording.lengths,

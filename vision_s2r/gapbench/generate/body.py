@@ -33,6 +33,7 @@ class Body(NamedTuple):
     center_x: float = 0.0  # m, of mass, from the shape's centre
     center_y: float = 0.0
     center_z: float = 0.0
+    rounding: float = 0.0  # m, radius of a box's edges and corners
     roll: float = 0.0  # rad, of the support
     pitch: float = 0.0
     # What no library knows
@@ -183,7 +184,7 @@ def move(
     sample_time: float,
     longest: float,
 ) -> np.ndarray:
-    """States [samples, 13] of the shape's centre from a first one; corners [N, 3], or none and a radius.
+    """States [samples, 13] of the shape's centre from a first one; a box's corners [8, 3], or none and a radius.
 
     The inertia is that of unit mass; steps are `longest` at most.
     """
@@ -213,7 +214,8 @@ def move(
                     arms[k] = -(r @ center)
                     arms[k, 2] -= radius
                 else:
-                    arms[k] = r @ (points[k] - center)
+                    arms[k] = r @ (points[k] - body.rounding * np.sign(points[k]) - center)
+                    arms[k, 2] -= body.rounding
                 gaps[k] = position[2] + arms[k, 2]
             lowest = gaps.min()
             velocity = velocity + step * _forces(body, position, velocity, lowest)

@@ -189,6 +189,10 @@ def _center(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
     return dict(zip(("center_x", "center_y", "center_z"), way.tolist(), strict=True))
 
 
+def _rounded(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+    return {"rounding": 0.015 * x}
+
+
 def _tilt(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
     angle = rng.uniform(0, _ANGLE)
     return {"roll": 0.2 * x * math.cos(angle), "pitch": 0.2 * x * math.sin(angle)}
@@ -201,6 +205,7 @@ LIBRARY: dict[str, tuple[Family, dict[str, str]]] = {
     "spinning_friction": (_spinning, {"value": "spinning"}),
     "contact_compliance": (_compliance, {"stiffness": "stiffness", "damping": "damping"}),
     "center_of_mass": (_center, {"x": "center_x", "y": "center_y", "z": "center_z"}),
+    "corner_radius": (_rounded, {"value": "rounding"}),
     "support_tilt": (_tilt, {"roll": "roll", "pitch": "pitch"}),
 }
 COEFFICIENTS = ("lateral_friction", "restitution")
