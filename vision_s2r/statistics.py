@@ -6,7 +6,7 @@ other (a hard scene is hard for every seed), as do those of one seed, so they ar
 
 import math
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
 
@@ -156,7 +156,17 @@ def interval(statistic: Callable[[np.ndarray], np.ndarray], segments: int, seed:
 
     `statistic` is given how often each resample holds each segment [R, segments] and answers [R].
     """
-    values = statistic(_counts(segments, seed))
+    return _middle(statistic(_counts(segments, seed)))
+
+
+def interval_of_groups(
+    statistic: Callable[[list[np.ndarray]], np.ndarray], groups: Sequence[int], seed: int
+) -> tuple[float, float]:
+    """The same of segments in groups of these sizes, each of which is resampled in itself."""
+    return _middle(statistic([_counts(size, seed + k) for k, size in enumerate(groups)]))
+
+
+def _middle(values: np.ndarray) -> tuple[float, float]:
     low, high = np.quantile(values[np.isfinite(values)], [0.025, 0.975]) if np.isfinite(values).any() else (0.0, 1.0)
     return float(low), float(high)
 

@@ -37,7 +37,7 @@ def test_a_force_has_a_torque_constant_of_one_and_a_velocity_may_be_absent(joint
     ("old", "new", "message"),
     [
         ("kind: joint", "kind: jiont", "kind is 'jiont', did you mean 'joint'"),
-        ("kind: joint", "kind: robot", "'robot' are not yet read"),
+        ("kind: joint", "kind: robot", "a robot has several recordings"),
         ("recording/1", "recording/9", "format is .*expected 'vision-s2r/recording/1'"),
         ("inertia", "inertai", "unknown key 'inertai', did you mean 'inertia'"),
         ("sample_time", "sampel_time", "unknown key 'sampel_time', did you mean 'sample_time'"),

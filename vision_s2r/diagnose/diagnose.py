@@ -25,6 +25,7 @@ from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.recording.robot import is_robot, read_robot
 from vision_s2r.report import GapReport, figures, write_html
 from vision_s2r.report.drawing import Figures
 from vision_s2r.report.page import framed, html
@@ -171,4 +172,8 @@ def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
 
 
 def _diagnose_into(folder: Path, out: Path, cfg: DiagnoseConfig, jobs: int) -> Path:
+    if is_robot(folder):
+        of_robot = load("vision_s2r.diagnose.robot:diagnose_robot")
+        saved: Path = of_robot(read_robot(folder), cfg, jobs).save(out)
+        return saved
     return diagnose(read(folder), cfg, jobs).save(out)

@@ -28,6 +28,5 @@ def read(folder: Path | str, hold_out: bool = True) -> Recording:
 
         return arm.read(folder, content, hold_out)
     raise UserError(
-        f"{folder}: recordings of kind '{kind}' are not yet read by this version, "
-        "expected joint, camera, contact or arm"
+        f"{folder}: a robot has several recordings: expected the folder of one, of kind joint, camera, contact or arm"
     )

@@ -28,13 +28,24 @@ def framed(page: str) -> str:
 
 def html(report: Mapping[str, Any], figures: Mapping[str, Figure]) -> str:
     """A report as one page that needs no other file and no network; `figures` by caption, shown in their order."""
-    environment = jinja2.Environment(
+    return (
+        environment()
+        .get_template(TEMPLATE)
+        .render(
+            report=report, gap=report["gap"], figures=figures, sentence=words.verdict(report), bars=_bars(report["gap"])
+        )
+    )
+
+
+def environment() -> jinja2.Environment:
+    """Templates of pages, with the filters that put numbers into words."""
+    found = jinja2.Environment(
         loader=jinja2.PackageLoader("vision_s2r.report"),
         autoescape=True,  # keys beyond the contract's may be absent, so undefined ones are not an error
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {
+    found.filters |= {
         "words": lambda name: name.replace("_", " "),
         "number": words.number,
         "percent": words.percent,
@@ -43,9 +54,7 @@ def html(report: Mapping[str, Any], figures: Mapping[str, Figure]) -> str:
         "interval": words.interval,
         "png": lambda figure: "data:image/png;base64," + base64.b64encode(png(figure)).decode(),
     }
-    return environment.get_template(TEMPLATE).render(
-        report=report, gap=report["gap"], figures=figures, sentence=words.verdict(report), bars=_bars(report["gap"])
-    )
+    return found
 
 
 def _bars(gap: Mapping[str, Any]) -> list[tuple[str, str, float]]:
