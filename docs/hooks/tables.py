@@ -19,7 +19,12 @@ DATA = Path(__file__).resolve().parents[1] / "results" / "data"
 TRANSFER = "vision-s2r/transfer-table/1"
 ASKED = re.compile(r"^<!-- table: (\w+)(?: rows=([\d,]+))?(?: columns=([\d,]+))? -->$", re.MULTILINE)
 FILLED = re.compile(f"({ASKED.pattern}).*?(?=^<!-- end -->$)", re.MULTILINE | re.DOTALL)
-TITLES = {"rcan": "RCAN", "rcan_student": "RCAN student", "real": "real look, perfect camera"}
+TITLES = {
+    "rcan": "RCAN",
+    "rcan_student": "RCAN student",
+    "rcan_student_43_minutes": "RCAN student, 43 minutes",
+    "real": "real look, perfect camera",
+}
 
 
 def table(name: str, rows: str | None = None, columns: str | None = None) -> str:

@@ -107,7 +107,7 @@ def test_it_learns_the_canonical_view(trained: Path) -> None:
     identity = (held_out.pictures().float() / 255 - canonical).abs().mean()
     constant = (canonical.mean((0, 1, 2)) - canonical).abs().mean()
     metrics = load(trained, "translator").training["metrics"]
-    assert metrics["l1"] < 0.5 * min(identity, constant)
+    assert metrics["l1"] < 0.3 * min(identity, constant)
     assert metrics["object_iou"] > 0.8
     assert metrics["depth_error"] < 0.02
     translated = Translator.load(trained)(held_out.pictures()).float() / 255
