@@ -8,6 +8,7 @@ from recordings import EXAMPLES
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
+from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 
 SLOW = ("joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
 
@@ -32,3 +33,16 @@ def test_the_answer_and_nothing_else(name, tmp_path):
     for effect in report["effects"]:
         for key, truth in answer["effects"][effect["name"]].items():
             assert effect["parameters"][key]["value"] == pytest.approx(truth, rel=0.03)
+    if name.startswith("joint"):
+        assert replayed(EXAMPLES / name, path.parent / "report.json", tmp_path) == pytest.approx(
+            {key: report["gap"][key] for key in ("before", "after")}, rel=1e-12
+        )
+
+
+def replayed(recording, report, folder):
+    """The gap of a recording before and after its own report, by the command."""
+    (path,) = replay_all(
+        compose(ReplayConfig, "replay", [f"recording={recording}", f"report={report}", f"out={folder / 'replay'}"])
+    )
+    gap = json.loads(path.read_text())["gap"]
+    return {key: gap[key] for key in ("before", "after")}

@@ -80,6 +80,8 @@ def reference(nominal, effects, times, target, external=None, scale=None):
         u = n.proportional_gain * error - (n.derivative_gain * v if error or not dead else 0.0)
         u = min(max(u, -n.command_limit), n.command_limit) * (1.0 if scale is None else scale[now[k]])
         motor = n.torque_constant * u
+        if scale is None or scale[now[k]] > 0:
+            motor -= effects.get("back_emf", {"damping": 0.0})["damping"] * v
         dry = n.coulomb_friction
         if e["stribeck_friction"]:
             s = e["stribeck_friction"]
@@ -143,16 +145,17 @@ def test_each_effect_in_the_loop_is_what_fine_steps_make_of_it(name):
         assert np.sqrt(np.mean((run(nominal, {}, times, target) - expected)[:, 0] ** 2)) > 5 * apart
 
 
-def test_a_pull_a_supply_and_a_drive_that_is_switched_off():
+@pytest.mark.parametrize("effects", [{}, {"back_emf": {"damping": 0.25}}])
+def test_a_pull_a_supply_and_a_drive_that_is_switched_off(effects):
     times = uneven(50.0, 2.4)
     target = steps(times)
     external = np.where(times > 0.9, 0.5, 0.0) * np.sin(9 * times)
     scale = np.where(times > 1.6, 0.0, 1 - 0.2 * (times > 0.5))
-    expected = reference(SERVO, {}, times, target, external, scale)
-    states = run(SERVO, {}, times, target, external=external[None], scale=scale[None])
+    expected = reference(SERVO, effects, times, target, external, scale)
+    states = run(SERVO, effects, times, target, external=external[None], scale=scale[None], substeps=40)
     assert np.abs(states - expected)[:, 0].max() < 2e-3
     for without in ({"external": external[None]}, {"scale": scale[None]}):
-        assert np.abs(run(SERVO, {}, times, target, **without) - expected)[:, 0].max() > 0.02
+        assert np.abs(run(SERVO, effects, times, target, **without) - expected)[:, 0].max() > 0.02
 
 
 @pytest.mark.parametrize("effects", [{}, {"backlash": {"width": 0.05}}, {"latency": {"delay": 0.013}}])

@@ -37,6 +37,7 @@ PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there 
 SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 ONE_GAIN = "it is one with the proportional gain"
+NEVER_OFF = "the drive is never off: it is one with viscous damping"
 NO_SERVO = "no targets of a position servo are in the recording"
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
@@ -58,6 +59,7 @@ class JointCase:
         self.recording = recording
         self.library = library
         apart = {"torque_constant": ONE_GAIN} if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
+        apart |= {} if recording.supply is not None and (recording.supply <= 0).any() else {"back_emf": NEVER_OFF}
         self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
         grid = find_quantization_grid(recording.position, recording.lengths)
         derived = grid is not None and _is_derived(recording)
