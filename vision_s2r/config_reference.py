@@ -24,6 +24,7 @@ from vision_s2r.diagnose.replay import ReplayConfig
 from vision_s2r.export.config import ExportConfig
 from vision_s2r.files import write
 from vision_s2r.gapbench.config import GapbenchConfig
+from vision_s2r.hardware.config import HardwareConfig
 from vision_s2r.identify.config import IdentifyConfig
 from vision_s2r.imports.config import ImportConfig
 from vision_s2r.metrics.config import MetricsConfig
@@ -43,6 +44,7 @@ CONFIGURATIONS: dict[str, type] = {
     "translate_video": VideoConfig,
     "identify": IdentifyConfig,
     "gapbench": GapbenchConfig,
+    "hardware": HardwareConfig,
     "metrics": MetricsConfig,
     "actuator": ActuatorConfig,
     "control": ControlConfig,

@@ -215,6 +215,16 @@ _ALL = (
         ),
     ),
     Command(
+        "hardware",
+        DIAGNOSIS,
+        "Measured machines: every real log diagnosed, and tried on the others",
+        "vision_s2r.hardware.study:study",
+        schema="vision_s2r.hardware.config:HardwareConfig",
+        config="hardware",
+        examples=(("path=tests/data/emps", "the tables of the docs"), ("path=DIR 'only=[Wrist_Roll]'", "a part of it")),
+        result="table",
+    ),
+    Command(
         "import",
         DIAGNOSIS,
         "Logs of other projects (SAGE, BAM, LeRobot, any CSV) as recordings",

@@ -1,0 +1,50 @@
+"""Measured machines: diagnosed once, and tried on what no fit has seen."""
+
+import json
+
+import numpy as np
+import pytest
+from recordings import NOMINAL
+
+from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
+from vision_s2r.errors import UserError
+from vision_s2r.hardware import study as hardware
+from vision_s2r.hardware.config import HardwareConfig
+from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.recording import JointRecording
+from vision_s2r.recording.write import write
+
+QUICK = SearchConfig(folds=2, beam=1, breadth=1, contenders=1, most=1)
+
+
+def log(seed):
+    """Three episodes of an axis with twice the damping that it is believed to have."""
+    rng = np.random.default_rng(seed)
+    command = np.repeat(rng.uniform(-1, 1, (3, 12)), 10, axis=1)
+    machine = pack(Nominal(**NOMINAL), {"viscous_damping": {"value": 0.2}})[None]
+    states = simulate(machine, command, np.zeros((3, 2)), 0.01)[0]
+    position, velocity = (states[..., k] + 1e-3 * rng.standard_normal(command.shape) for k in (0, 1))
+    return JointRecording(NOMINAL, 0.01, "rotary", command, position, velocity, np.full(3, 120), (0, 1, 2))
+
+
+def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monkeypatch):
+    for name, seed in (("one", 3), ("two", 4)):
+        write(log(seed), tmp_path / "logs" / "axis" / name)
+    write(log(2), tmp_path / "logs" / "alone" / "all")
+    monkeypatch.setattr(hardware, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
+    cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"))
+    tables = {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}
+    rows = {row[0]: row for row in tables["hardware"]["rows"]}
+    assert list(rows) == ["alone, all", "axis, one", "axis, two"]
+    for name in ("axis, one", "axis, two"):
+        assert "viscous damping 0.2 " in rows[name][1]
+        believed, _, diagnosed = (float(x) for x in rows[name][4].split(" / "))
+        assert diagnosed < 0.2 * believed
+    assert [row[0].split(":")[0] for row in tables["alone"]["rows"]][-1] == "diagnosed" and rows["alone, all"][4] == "–"
+    monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
+    assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)} == tables
+
+
+def test_a_folder_without_logs_is_one_line(tmp_path):
+    with pytest.raises(UserError, match="no logs in it"):
+        hardware.study(HardwareConfig(path=str(tmp_path)))

@@ -1,0 +1,30 @@
+"""The configuration of a study of measured machines."""
+
+from dataclasses import dataclass
+
+from hydra.core.config_store import ConfigStore
+
+from vision_s2r.errors import UserError
+from vision_s2r.options import option, validate
+
+
+@dataclass
+class HardwareConfig:
+    """Everything that `vision-s2r hardware` reads."""
+
+    path: str = option("", "Folder of logs: recordings of joints, motions of SAGE, benches of BAM, however deep in it.")
+    out: str = option(
+        "outputs/hardware", "Folder of recordings/, reports/ and tables; what is measured there is not measured again."
+    )
+    only: list[str] = option([], "Measure now only what has one of these in its name (so101/Wrist_Roll); empty: all.")
+    jobs: int = option(1, "Threads of a diagnosis.", low=1)
+
+
+def check(cfg: HardwareConfig) -> None:
+    """UserError unless every value can be."""
+    validate(cfg)
+    if not cfg.path:
+        raise UserError("path is missing, expected path=DIR, a folder of logs")
+
+
+ConfigStore.instance().store("hardware_schema", node=HardwareConfig)

@@ -1,0 +1,154 @@
+"""Every recording of measured machines: diagnosed, and tried on those of the same machine that it has not seen."""
+
+import json
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.files import write
+from vision_s2r.fit.case import NOMINAL, Names, Values
+from vision_s2r.fit.joint.case import JointCase
+from vision_s2r.fit.joint.free_run import free_run, gap_errors
+from vision_s2r.hardware.config import HardwareConfig, check
+from vision_s2r.hardware.machines import Machine, machines
+from vision_s2r.hardware.tables import friction_table, table
+from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.progress import tracked
+from vision_s2r.recording import JointRecording, read, split
+from vision_s2r.report.reading import diagnosed, read_report, values
+
+# Friction models after BAM's (Duclusaud et al. 2024), as sets of our effects; M5 and M6 are none.
+MODELS: dict[str, Names] = {
+    "M1": frozenset(),
+    "M2": frozenset({"stribeck_friction"}),
+    "M3": frozenset({"load_dependent_friction"}),
+    "M4": frozenset({"stribeck_friction", "load_dependent_friction", "load_dependent_stribeck"}),
+    "M1 and back-EMF": frozenset({"back_emf"}),
+    "M3 and back-EMF": frozenset({"back_emf", "load_dependent_friction"}),
+}
+FREE = frozenset({"inertia", "viscous_damping", "coulomb_friction"})  # beside them, and a servo's gains
+LEAST_LOGS = 3  # episodes, of which one is left out
+
+
+def study(cfg: HardwareConfig) -> list[Path]:
+    """Measure what is not measured yet, and write the tables; returns them.
+
+    Raises UserError for bad values, and folders without logs.
+    """
+    check(cfg)
+    out = Path(cfg.out)
+    found = machines(Path(cfg.path), out / "recordings")
+    wanted = [
+        (machine, motion)
+        for machine in found
+        for motion in machine.recordings
+        if not cfg.only or any(each in f"{machine.name}/{motion}" for each in cfg.only)
+    ]
+    for machine, motion in tracked(wanted, len(wanted), "recordings"):
+        folder = out / "reports" / machine.name / motion.replace(" ", "_")
+        if not (folder / "measured.json").exists():
+            _write(folder / "measured.json", _measured(machine, motion, folder, cfg.jobs))
+        if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
+            _write(folder / "left_out.json", _left_out(machine.recordings[motion], folder))
+    return _tables(found, out)
+
+
+def _tables(found: list[Machine], out: Path) -> list[Path]:
+    experts = {machine.name: machine.expert for machine in found}
+    files = sorted(each for each in out.glob("reports/**/measured.json"))
+    done = {each.parent: measured for each in files if (measured := _read(each))["machine"] in experts}
+    tables = {"hardware": table(list(done.values()), experts)}
+    for folder, measured in done.items():
+        if (folder / "left_out.json").exists() and (errors := _read(folder / "left_out.json")):
+            tables[Path(measured["machine"]).name] = friction_table(measured, errors)
+    return [
+        write(out / f"{name}.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+        for name, content in tables.items()
+    ]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
+
+
+def _write(path: Path, content: dict[str, Any]) -> None:
+    write(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+
+def _measured(machine: Machine, motion: str, folder: Path, jobs: int) -> dict[str, Any]:
+    """The diagnosis of one recording, and errors on the others."""
+    recording = read(machine.recordings[motion])
+    assert isinstance(recording, JointRecording)
+    started = time.process_time()
+    diagnosis = diagnose(recording, DiagnoseConfig(), jobs)
+    seconds = time.process_time() - started
+    report = diagnosis.to_dict()
+    diagnosis.save(folder)
+    simulators: dict[str, Values] = {
+        "believed": {},
+        "identified": diagnosis.settled.found.refitted.hypothesis.values,
+        "diagnosed": values(diagnosed(report)),
+    }
+    others = {name: read(each) for name, each in machine.recordings.items() if name != motion}
+    return {
+        "machine": machine.name,
+        "motion": motion,
+        "rows": int(recording.lengths.sum()),
+        "verdict": report["verdict"],
+        "effects": [{key: each[key] for key in ("name", "share", "ci", "parameters")} for each in report["effects"]],
+        "refitted": [each["name"] for each in report["refitted"]],
+        "gap": report["gap"],
+        "others": {
+            name: {key: _error(other, given) for key, given in simulators.items()}
+            for name, other in others.items()
+            if isinstance(other, JointRecording)
+        },
+        "seconds": seconds,
+    }
+
+
+def _error(recording: JointRecording, given: Values) -> float:
+    """Mean absolute error of the gap's quantity in free run."""
+    return float(np.nanmean(np.sqrt(gap_errors(recording, free_run(recording, given)))))
+
+
+def _left_out(folder: Path, report: Path) -> dict[str, dict[str, Any]]:
+    """Each log left out in turn, under friction models and under what the diagnosis names, fitted to the others.
+
+    Empty for a recording of fewer than LEAST_LOGS.
+    """
+    recording = read(folder)
+    if not isinstance(recording, JointRecording) or len(recording) < LEAST_LOGS:
+        return {}
+    case = JointCase(recording, {effect.name: effect for effect in JOINT_EFFECTS})
+    gains = frozenset({"proportional_gain", "derivative_gain"} if recording.servo else ())
+    own = frozenset(diagnosed(read_report(report / "report.json"))) | case.refitted
+    models = {name: FREE | gains | names for name, names in MODELS.items()} | {"diagnosed": own}
+    return {"as believed": _each_without(recording, case, None)} | {
+        name: _each_without(recording, case, names) for name, names in models.items()
+    }
+
+
+def _each_without(recording: JointRecording, case: JointCase, names: Names | None) -> dict[str, Any]:
+    """Errors of each log under the fit of these names to the others, and under that to all; and seconds.
+
+    No names: the simulator as it came.
+    """
+    started = time.process_time()
+    of = [episode for episode, _, _ in case.rows(range(case.segments))]
+
+    def fitted(left_out: int | None) -> Values:
+        if names is None:
+            return {}
+        rest = [segment for segment, episode in enumerate(of) if episode != left_out]
+        return case.fit(names, rest, case.fit(names & case.refitted, rest, NOMINAL)).values
+
+    logs = [split(recording, [k]) for k in range(len(recording))]
+    errors = [_error(log, fitted(k)) for k, log in enumerate(logs)]
+    seconds, whole = time.process_time() - started, fitted(None)
+    return {"errors": errors, "all": [_error(log, whole) for log in logs], "seconds": seconds}

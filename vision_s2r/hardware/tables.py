@@ -1,0 +1,80 @@
+"""What was measured, as tables of the docs."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+SOURCE = (
+    "one core; held out: root mean square on parts that no fit has seen; other recordings: mean absolute, nothing "
+    "refitted; in free run, servos by position (mrad), others by velocity (mm/s or mrad/s); seconds of processor time"
+)
+
+
+def table(measured: Sequence[Mapping[str, Any]], experts: Mapping[str, str]) -> dict[str, Any]:
+    """Every recording: what was named, and errors as the simulator came, with nominal values identified, and ours."""
+    rows: list[list[Any]] = []
+    for each in measured:
+        gap, others = each["gap"], list(each["others"].values())
+        rows.append(
+            [
+                f"{each['machine']}, {each['motion']}",
+                f"{each['verdict'].replace('_', ' ')}: {_names(each)}",
+                experts[each["machine"]],
+                _three(1e3 * gap[key] for key in ("before", "refitted", "after")),
+                _three(1e3 * np.mean([o[key] for o in others]) for key in ("believed", "identified", "diagnosed"))
+                if others
+                else "–",
+                round(each["seconds"]),
+            ]
+        )
+    return {
+        "command": "vision-s2r hardware path=DIR",
+        "source": SOURCE,
+        "columns": [
+            "recording",
+            "diagnosis",
+            "an expert would say",
+            "held out: believed / identified / diagnosed",
+            "other recordings: the same",
+            "s",
+        ],
+        "rows": rows,
+    }
+
+
+def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
+    """Logs left out in turn: mean absolute errors under friction models, and under what the diagnosis names."""
+    count = len(next(iter(errors.values()))["errors"])
+    rows: list[list[Any]] = [
+        [
+            name if name != "diagnosed" else f"diagnosed: {_names(measured)}",
+            *(round(1e3 * error, 1) for error in each["errors"]),
+            round(1e3 * float(np.mean(each["errors"])), 1),
+            round(1e3 * float(np.mean(each["all"])), 1),
+            round(each["seconds"], 1),
+        ]
+        for name, each in errors.items()
+    ]
+    return {
+        "command": "vision-s2r hardware path=DIR",
+        "source": "each log held out in turn, fitted on the others; mean absolute error in free run, mrad",
+        "columns": ["model", *(f"log {k + 1}" for k in range(count)), "mean", "fitted to all of them", "s"],
+        "rows": rows,
+    }
+
+
+def _names(measured: Mapping[str, Any]) -> str:
+    named = [
+        f"{each['name'].replace('_', ' ')} "
+        + ", ".join(
+            f"{one['value']:.3g}{'' if one['unit'] == '–' else ' ' + one['unit']}"
+            for one in each["parameters"].values()
+        )
+        for each in measured["effects"]
+    ]
+    return "; ".join(named) or "no name"
+
+
+def _three(values: Any) -> str:
+    return " / ".join(f"{value:.3g}" for value in values)
