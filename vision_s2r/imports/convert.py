@@ -37,6 +37,8 @@ class Imported:
     def __str__(self) -> str:
         """A few lines for people."""
         s = self.summary
+        if "joints" in s:
+            return "\n".join([f"{self.folder}: {s['rows']} rows, an arm", *(f"  {line}" for line in s["joints"])])
         lines = [
             f"{self.folder}: {s['rows']} rows, {s['episodes']} episodes, {s['seconds']:.1f} s at {s['rate']:.4g} Hz "
             f"(steps {1e3 * s['steps'][0]:.3g} to {1e3 * s['steps'][1]:.3g} ms)",
@@ -66,6 +68,10 @@ def import_recording(
         if options.joint not in names:
             raise UserError(f"{path}: no joint is called '{options.joint}', {nearest(options.joint, names)}")
         tables = [table for table, name in zip(tables, names, strict=True) if name == options.joint]
+    if options.model:
+        from vision_s2r.imports import arm  # imports MuJoCo
+
+        return [Imported(*each) for each in arm.write_arms(tables, out, options)]
     return [_write(table, out / table.name if len(tables) > 1 else out, options) for table in tables]
 
 

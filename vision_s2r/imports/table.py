@@ -16,6 +16,8 @@ class ImportOptions:
     nominal: dict[str, float] = option({}, "As in recording.yaml, over the drive's: +nominal={inertia: 0.03}.")
     control: dict[str, float] = option({}, "The law of a position servo, likewise: +control={proportional: 12}.")
     units: str = option("rotary", "Of the joint.", choices=("rotary", "linear"))
+    model: str = option("", "An arm's MJCF or URDF: the joints of the log then become one recording of an arm.")
+    joints: dict[str, str] = option({}, "Which joint of the model each of the log is; in their order if empty.")
     columns: dict[str, str] = option({}, "csv: what our columns are called there: +columns={t: time, position: angle}.")
     scale: dict[str, float] = option({}, "Factors to SI units, by our columns: +scale={position: 0.01745}.")
 

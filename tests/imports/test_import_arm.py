@@ -1,0 +1,48 @@
+"""The joints of a log as an arm: signs and zeros that only gravity tells."""
+
+import numpy as np
+import pytest
+from recordings import TWO_LINKS
+
+from vision_s2r.arm.bodies import Bodies
+from vision_s2r.arm.model import ArmModel
+from vision_s2r.errors import UserError
+from vision_s2r.imports.arm import place, write_arms
+from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.recording import read
+
+SIGN, ZERO = {"shoulder": 1, "elbow": -1}, {"shoulder": 0.0, "elbow": 0.2}
+
+
+T = np.arange(800) * 0.05
+POSITION = np.stack([0.9 * np.sin(0.35 * T), 1.1 * np.sin(0.5 * T + 1)], axis=1)
+
+
+def the_tables():
+    """A slow motion of two servos that give way to weight, logged by an elbow that counts the other way."""
+    bodies = Bodies(ArmModel(TWO_LINKS), list(SIGN), {})
+    load = np.array([bodies.terms(q, np.zeros(2))[1] for q in POSITION])
+    target = POSITION + (load + 0.05 * np.sign(np.gradient(POSITION, axis=0))) / 60
+    tables = []
+    for j, name in enumerate(SIGN):
+        rows = {"target": target[:, j], "position": POSITION[:, j]}
+        columns = {key: SIGN[name] * (values - ZERO[name]) for key, values in rows.items()}
+        tables.append(Table(f"motion/{name}", {"episode": np.zeros(len(T)), "t": T} | columns, "sts3215"))
+    return tables
+
+
+def test_gravity_tells_the_sign_and_the_zero_of_a_joint(tmp_path):
+    placed = place(the_tables(), ArmModel(TWO_LINKS), {"shoulder": "shoulder", "elbow": "elbow"})
+    assert placed.sign == SIGN
+    assert placed.zero == pytest.approx(ZERO, abs=0.05)
+    assert placed.explained > 0.8 and "other sign explains" in placed.why["elbow"]
+    options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"})
+    ((folder, summary),) = write_arms(the_tables(), tmp_path / "arm", options)
+    recording = read(folder)
+    assert list(recording.joints) == ["shoulder", "elbow"] and "−elbow" in summary["joints"][1]
+    np.testing.assert_allclose(recording.position[0], POSITION, atol=0.06)
+
+
+def test_a_joint_that_the_model_lacks_is_said():
+    with pytest.raises(UserError, match=r"no joint 'elbw' in two_links\.xml, did you mean 'elbow'"):
+        place(the_tables(), ArmModel(TWO_LINKS), {"shoulder": "shoulder", "elbow": "elbw"})

@@ -1,0 +1,258 @@
+"""The joints of a log as one arm: which of the model's each is, in which direction it counts, and where its zero is.
+
+Logs say none of it. A position servo gives way by what weighs on it: its error is the load over its gain, friction
+aside. The signs and zeros are those under which the model's weight explains the errors of slow motion best, within the
+limits of the model's joints.
+"""
+
+import itertools
+import json
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from scipy.optimize import minimize
+from scipy.signal import savgol_filter
+
+from vision_s2r.arm.bodies import Bodies
+from vision_s2r.arm.model import ArmModel
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.files import write
+from vision_s2r.imports.drives import DRIVES
+from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.recording.header import FORMAT
+
+ROWS = 300  # that are looked at
+SLOW = 0.6  # of the speeds, those that count
+SMOOTH = 11  # rows that speeds are read off
+REST = 0.15  # of a joint's large speeds, below which it is at rest
+HEAVY = 0.05  # of the largest weight that comes on any joint: what less comes on has no say
+FARTHEST = 1.8  # rad, that a zero is off at most
+GRID = 5  # places of each zero from which the best of all is looked for
+SIDE, EVALUATIONS = 0.15, 150  # rad of the first simplex of zeros, and how often weights are worked out
+BEYOND = 0.05  # rad beyond a limit, that encoders may show
+MIRROR = "; its mirror image, all of these turned round, weighs the same"
+CLEAR = 0.05  # of the errors' variance that another sign must leave more, for a sign to be sure
+
+
+@dataclass(frozen=True)
+class Placed:
+    """How a log's joints are those of a model: model = sign·log + zero."""
+
+    names: dict[str, str]  # of the model's joints, by those of the log
+    sign: dict[str, int]
+    zero: dict[str, float]  # rad
+    explained: float  # the part of the servo errors' variance in slow motion, friction's apart
+    why: dict[str, str]  # by joint of the log, what says so
+
+    def of_model(self, joint: str, values: np.ndarray) -> np.ndarray:
+        """Positions of the log as the model counts them."""
+        return np.asarray(self.sign[joint] * values + self.zero[joint])
+
+
+def place(tables: Sequence[Table], model: ArmModel, given: Mapping[str, str]) -> Placed:
+    """Signs and zeros of joints that were logged together as position servos.
+
+    `given` names the model's joint of each; without it they are the model's in their order. Raises UserError where
+    that cannot be.
+    """
+    logged = [table.name.split("/")[-1] for table in tables]
+    names = _names(logged, model, given)
+    speeds = np.stack([_speed(table) for table in tables], axis=1)
+    rows = _slow_rows(speeds)
+    position = np.stack([table.columns["position"][rows] for table in tables], axis=1)
+    error = np.stack([table.columns["target"][rows] for table in tables], axis=1) - position
+    weigh = _Weight(Bodies(model, list(names.values()), {}), position, error, speeds[rows])
+    low, high = (np.array([getattr(model.joints[name], end) for name in names.values()]) for end in ("low", "high"))
+    heavy = weigh.heavy()
+    tried = []
+    for signs in itertools.product((1, -1), repeat=int(heavy.sum())):
+        sign = np.ones(len(names))
+        sign[heavy] = signs
+        zero, left = _zeros(weigh, sign, heavy, low, high)
+        tried.append((left, sign, zero))
+    left, sign, zero = min(tried, key=lambda each: each[0])
+    mirrored = next(each for each in tried if (each[1] == -sign)[heavy].all())
+    ambiguous = mirrored[0] < left + CLEAR
+    if ambiguous and mirrored[1].sum() > sign.sum():  # an arm and its mirror image weigh the same: as the log has more
+        left, sign, zero = mirrored
+    why = {}
+    for j, name in enumerate(logged):
+        if not heavy[j]:
+            why[name] = "nothing weighs on it: as the log has it"
+            continue
+        others = [each[0] for each in tried if each[1][j] != sign[j] and (each[1] == sign)[heavy].any()]
+        worse = min(others, default=1.0) - left
+        why[name] = f"gravity, of which the other sign explains {100 * worse:.0f} % less" + MIRROR * ambiguous
+    keyed = dict(zip(logged, range(len(logged)), strict=True))
+    return Placed(
+        names,
+        {name: int(sign[j]) for name, j in keyed.items()},
+        {name: float(zero[j]) for name, j in keyed.items()},
+        1 - left,
+        why,
+    )
+
+
+def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> list[tuple[Path, dict[str, Any]]]:
+    """Write each motion of a log as a recording of an arm, into folders of `out`, or `out` where there is only one.
+
+    Signs and zeros are those that all motions together show. Returns folders, and what import.json holds. Raises
+    UserError where the log is of no position servos, or the drive is not known.
+    """
+    model = ArmModel(Path(options.model))
+    if lacking := [table.name for table in tables if not {"target", "position"} <= table.columns.keys()]:
+        raise UserError(f"{lacking[0]}: no target in the log, expected position servos for an arm")
+    motions: dict[str, list[Table]] = {}
+    for table in tables:
+        motions.setdefault(table.name.rpartition("/")[0], []).append(table)
+    placed = place([_joined(parts) for parts in zip(*motions.values(), strict=True)], model, options.joints)
+    found = []
+    for name, parts in motions.items():
+        folder = out / name if len(motions) > 1 else out
+        if folder.exists() and any(folder.iterdir()):
+            raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
+        found.append((folder, _write(parts, placed, model, folder, options)))
+    return found
+
+
+def _joined(tables: Sequence[Table]) -> Table:
+    """One joint's motions, one after the other."""
+    keys = ("t", "target", "position")
+    columns = {key: np.concatenate([table.columns[key] for table in tables]) for key in keys}
+    steps = np.concatenate([np.diff(table.columns["t"], prepend=-1.0) for table in tables])
+    return Table(tables[0].name, {**columns, "t": np.cumsum(steps)}, tables[0].drive)
+
+
+def _write(
+    tables: Sequence[Table], placed: Placed, model: ArmModel, folder: Path, options: ImportOptions
+) -> dict[str, Any]:
+    columns = {key: tables[0].columns[key] for key in ("episode", "t")}
+    drives = {}
+    for table in tables:
+        joint = table.name.split("/")[-1]
+        drive = options.drive or table.drive
+        if drive not in DRIVES:
+            raise UserError(f"{table.name}: the drive is not known, expected drive={'|'.join(DRIVES)}")
+        nominal = {**DRIVES[drive].nominal, **options.nominal}
+        law = {**DRIVES[drive].control, **options.control}
+        name = placed.names[joint]
+        drives[name] = {
+            "command": "position",
+            "proportional_gain": law["proportional"],
+            "torque_limit": law["limit"],
+            "armature": nominal["inertia"],
+            "viscous_damping": nominal["viscous_damping"],
+            "coulomb_friction": nominal["coulomb_friction"],
+        }
+        for key, ours in (("target", "command"), ("position", "position")):
+            columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
+    step = float(np.median(np.diff(columns["t"])))
+    head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, "joints": drives}
+    rows = np.stack(list(columns.values()), axis=1)
+    body = "\n".join(",".join([f"{row[0]:.0f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows)
+    write(folder / "arm.csv", ",".join(columns) + "\n" + body + "\n")
+    write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
+    shutil.copy(model.path, folder / model.path.name)
+    signs = {1: "+", -1: "−"}
+    lines = [
+        f"{placed.names[name]} is {signs[placed.sign[name]]}{name} {placed.zero[name]:+.3f} rad: {placed.why[name]}"
+        for name in placed.names
+    ]
+    summary = {"rows": len(rows), "explained": placed.explained, "joints": lines}
+    write(folder / "import.json", json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
+    return summary
+
+
+def _names(logged: list[str], model: ArmModel, given: Mapping[str, str]) -> dict[str, str]:
+    for name in given:
+        if name not in logged:
+            raise UserError(f"joints: the log has no joint '{name}', {nearest(name, logged)}")
+    if not given and len(logged) > len(model.joints):
+        raise UserError(
+            f"{model.path}: {len(model.joints)} joints, but the log has {len(logged)}: say which, with joints"
+        )
+    names = dict(given) or dict(zip(logged, model.joints, strict=False))
+    for name in names.values():
+        model.check_joint(name, "joints")
+    if missing := [name for name in logged if name not in names]:
+        raise UserError(f"joints: nothing said of {', '.join(missing)}, expected the model's joint of each")
+    return names
+
+
+def _speed(table: Table) -> np.ndarray:
+    """Speeds [N] (rad/s) of a joint, smoothed over the encoder's steps."""
+    step = float(np.median(np.diff(table.columns["t"])))
+    return np.asarray(savgol_filter(table.columns["position"], SMOOTH, 2, deriv=1, delta=step))
+
+
+def _slow_rows(speeds: np.ndarray) -> np.ndarray:
+    """Rows in which some joint moves and none is fast, spread over the log."""
+    shares = np.abs(speeds) / (np.quantile(np.abs(speeds), 0.95, axis=0) + 1e-9)
+    fastest = shares.max(axis=1)
+    moving = fastest > REST
+    slow = np.flatnonzero(moving & (fastest <= np.quantile(fastest[moving], SLOW)))
+    return slow[np.linspace(0, len(slow) - 1, min(ROWS, len(slow))).astype(int)]
+
+
+class _Weight:
+    """What the model's weight explains of servo errors [N, J], under signs and zeros."""
+
+    def __init__(self, bodies: Bodies, position: np.ndarray, error: np.ndarray, speed: np.ndarray) -> None:
+        self._bodies, self._position, self._error = bodies, position, error
+        self._drag = np.stack([speed, np.sign(speed)], axis=-1)
+        self._still = np.zeros(position.shape[1])
+        # Of a joint at rest, friction holds as much as it likes.
+        self._moves = np.abs(speed) > REST * np.quantile(np.abs(speed), 0.95, axis=0)
+
+    def heavy(self) -> np.ndarray:
+        """Whether enough weighs on a joint [J] to tell its sign."""
+        size = np.abs(self._loads(self._position)).max(axis=0)
+        return np.asarray(size > HEAVY * size.max())
+
+    def left(self, sign: np.ndarray, zero: np.ndarray, heavy: np.ndarray) -> float:
+        """The part of what friction leaves of the errors' variance that weight leaves too, over heavy joints."""
+        loads = self._loads(sign * self._position + zero)
+        parts = []
+        for j in np.flatnonzero(heavy):
+            rows = self._moves[:, j]
+            basis, error = np.column_stack([sign[j] * loads[:, j], self._drag[:, j]])[rows], self._error[rows, j]
+            found = np.linalg.lstsq(basis, error, rcond=None)[0]
+            drag = basis[:, 1:]
+            bare = np.mean((error - drag @ np.linalg.lstsq(drag, error, rcond=None)[0]) ** 2)
+            # A servo gives way to its load, not against it.
+            parts.append(np.mean((error - basis @ found) ** 2) / bare if found[0] > 0 else 1.0)
+        return float(np.mean(parts))
+
+    def _loads(self, position: np.ndarray) -> np.ndarray:
+        return np.array([self._bodies.terms(q, self._still)[1] for q in position])
+
+
+def _zeros(
+    weigh: _Weight, sign: np.ndarray, heavy: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """The zeros [J] of joints that weight tells, those of the others 0 or what limits ask for; and what is left."""
+    ends = np.sort(sign[:, None] * np.stack([weigh._position.min(axis=0), weigh._position.max(axis=0)], axis=1), axis=1)
+    least, most = low - BEYOND - ends[:, 0], high + BEYOND - ends[:, 1]
+    least, most = np.minimum(least, most), np.maximum(least, most)
+    least, most = np.clip(least, -FARTHEST, FARTHEST), np.clip(most, -FARTHEST, FARTHEST)
+    zero = np.clip(0.0, least, most)
+    if not heavy.any():
+        return zero, 1.0
+
+    def left(some: np.ndarray) -> float:
+        whole = zero.copy()
+        whole[heavy] = np.clip(some, least[heavy], most[heavy])
+        return weigh.left(sign, whole, heavy)
+
+    grid = (np.linspace(a, b, GRID) for a, b in zip(least[heavy], most[heavy], strict=True))
+    near = np.array(min(itertools.product(*grid), key=lambda some: left(np.array(some))))
+    start = near + np.vstack([np.zeros(heavy.sum()), SIDE * np.eye(heavy.sum())])
+    options = {"maxfev": EVALUATIONS, "xatol": 2e-3, "fatol": 1e-4, "initial_simplex": start}
+    found = minimize(left, zero[heavy], method="Nelder-Mead", options=options)
+    zero[heavy] = np.clip(found.x, least[heavy], most[heavy])
+    return zero, float(found.fun)
