@@ -117,7 +117,8 @@ def _with(name: str, drive: Drive, rng: np.random.Generator) -> tuple[Drive, dic
 
 def _urdf(chain: Chain) -> str:
     """A URDF of the chain."""
-    parts = ['<robot name="chain">', '<link name="stand"/>']
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    parts = ['<robot name="chain">', f'<link name="stand"><inertial><mass value="1"/>{inertia}</inertial></link>']
     parent, at = "stand", "0 0 0"
     for k, (length, mass, axis) in enumerate(zip(chain.lengths, chain.masses, chain.axes, strict=True)):
         across, along = mass * (3 * RADIUS**2 + length**2) / 12, mass * RADIUS**2 / 2
