@@ -1,5 +1,6 @@
 """From what was typed to what runs."""
 
+import itertools
 import os
 import sys
 from importlib.metadata import version
@@ -66,6 +67,9 @@ def run(command: Command, arguments: list[str]) -> None:
     from vision_s2r import cli  # Hydra takes longer to import than all help takes to print
 
     task, schema = command.load()
+    bare = list(itertools.takewhile(lambda argument: "=" not in argument and not argument.startswith("-"), arguments))
+    named = [f"{key}={word}" for key, word in zip(command.words, bare, strict=False)]
+    arguments = named + arguments[len(named) :]
     if schema:
         cli.run(lambda cfg: _show(task(cfg), command.result), schema, command.config, arguments)
     else:

@@ -31,6 +31,7 @@ class Command:
     keys: tuple[str, ...] = ()  # parts of the configuration that its help explains; none: all of it
     examples: tuple[tuple[str, str], ...] = ()  # arguments, and what they are for
     result: str = ""  # what the returned paths are called
+    words: tuple[str, ...] = ()  # keys of its first arguments where these are bare words: `import chessboard DIR`
 
     def load(self) -> tuple[Callable[..., Any], type[Any] | None]:
         """The task and the schema, imported."""
@@ -227,11 +228,14 @@ _ALL = (
     Command(
         "import",
         DIAGNOSIS,
-        "Logs of other projects (SAGE, BAM, LeRobot, any CSV) as recordings",
+        "Logs of other projects (SAGE, BAM, LeRobot, any CSV), photographs of a chessboard or a bench, as recordings",
         "vision_s2r.imports:import_all",
         schema="vision_s2r.imports:ImportConfig",
         config="import",
+        words=("source", "path"),
         examples=(
+            ("source=chessboard path=DIR out=recordings/board", "photographs of a board beside an ideal one"),
+            ("source=images real=DIR sim=DIR", "photographs beside renders"),
             ("source=sage path=DIR out=recordings/so101", "a recording a joint of a motion"),
             ("path=log.csv '+columns={t: time, position: angle, target: goal}' drive=sts3215", "any table"),
         ),
