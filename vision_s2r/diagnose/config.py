@@ -41,7 +41,9 @@ class SearchConfig:
     most: int = option(5, "Effects named at most.", low=1)
     folds: int = option(5, "Parts that the segments are held out in.", low=2)
     beam: int = option(3, "Sets of each size that are grown further.", low=1)
-    breadth: int = option(12, "Effects tried on each of them, the most promising by the screen.", low=1)
+    breadth: int = option(
+        12, "Effects tried on the best of them, the most promising by the screen; half as many on the second …", low=1
+    )
     contenders: int = option(4, "Grown sets that are held out.", low=1)
 
 

@@ -76,10 +76,10 @@ class Search:
     def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
         """Sets one larger than those of the beam, and proposed ones of that size; the best first."""
         wanted = [(self._base | names, NOMINAL) for names in self._case.proposals() if len(names - self._base) == size]
-        for parent in beam:
+        for place, parent in enumerate(beam, start=1):
             free = [name for name in self._candidates if name not in parent.names]
             gains = self._case.screen(parent.hypothesis, free)
-            promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.breadth]
+            promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.breadth // place]
             wanted += [(parent.names | {name}, parent.hypothesis) for name in promising]
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))

@@ -15,10 +15,10 @@ from vision_s2r.fit.joint.discrepancy import MEANINGS
 from vision_s2r.fit.joint.effect import JOINT_FITS, confusable
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
-from vision_s2r.fit.joint.fitter import SCALE, Floor, JointFitter, names_of
+from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
 from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
-from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
+from vision_s2r.fit.joint.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
@@ -27,6 +27,7 @@ from vision_s2r.joint import DYNAMICS, SERVO, unit
 from vision_s2r.recording import JointRecording, split
 
 STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
+MANY_STEPS, NEGLIGIBLE = 20_000, 0.01  # a log of more is worth longer ones, of an error of this part of the noise
 FINER = 4  # times the steps, for the integrator's own error
 BLOCK = 50  # samples, at least, that count as one
 WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
@@ -81,8 +82,12 @@ class JointCase:
     # -- the noise
 
     def _prepare(self, unknown_grid: QuantizationGrid | None, rounding: float) -> None:
+        longest = SERVO_STEP if self.track.servo else STEP
+        self._substeps = max(1, math.ceil(self.track.inputs.sample_time / longest - 1e-9))
         self._fitter = self._make_fitter(self.track)
         base = self._fit_base()
+        if self._substeps * self.track.inputs.lengths.sum() > MANY_STEPS:
+            self._coarsen(base)
         if self.track.velocity is None and not self.track.servo:
             self._lead(base)
             base = self._fit_base()
@@ -116,12 +121,20 @@ class JointCase:
         return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
 
     def _make_fitter(self, track: Track) -> JointFitter:
-        longest = SERVO_STEP if track.servo else STEP
-        substeps = max(1, math.ceil(track.inputs.sample_time / longest - 1e-9))
-        observer = Observer(track, substeps, fast_noise(track.position))
+        observer = Observer(track, self._substeps, fast_noise(track.position))
         rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
         loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
         return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None)
+
+    def _coarsen(self, base: Hypothesis) -> None:
+        """Take the longest steps of the integrator whose error is nothing beside the noise."""
+        fine = self._fitter.residuals(base, range(self.segments))
+        noise, finest = fast_variance(fine, self.track.lengths), self._substeps
+        for self._substeps in range(1, finest + 1):
+            self._fitter = self._make_fitter(self.track)
+            coarse = self._fitter.residuals(base, range(self.segments))
+            if (np.mean((coarse - fine) ** 2, axis=(0, 1)) < NEGLIGIBLE * noise).all():
+                break
 
     def _lead(self, hypothesis: Hypothesis) -> None:
         """Lead the observer by velocities that this hypothesis helps to read off positions."""
@@ -189,17 +202,14 @@ class JointCase:
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
-        """Log-likelihood [blocks] (nats) of each segment, tempered by how long residuals remember."""
-        residuals = self._fitter.residuals(hypothesis, segments)
-        scale = np.maximum(self._scale(hypothesis), self._floor)
-        density = (log_density(residuals, scale) * self._temper).sum(axis=-1)
-        sums = np.bincount(
-            np.maximum(self._labels, 0).ravel(), (density * (self._labels >= 0)).ravel(), len(self._owners)
-        )
-        return [sums[self._owners == k] for k in segments]
+        """Log-likelihood [blocks] (nats) of each segment, tempered by how long residuals remember.
 
-    def _scale(self, hypothesis: Hypothesis) -> np.ndarray:
-        return np.asarray(hypothesis.extra[SCALE]) if SCALE in hypothesis.extra else self._floor
+        Each block's scale is its own, as large as its residual: how far a simulator is off differs from motion to
+        motion, and one that it misses altogether must not weigh a hundred times more for what it gets right elsewhere.
+        """
+        residuals = self._fitter.residuals(hypothesis, segments)
+        sums = block_loglik(residuals, self._labels, len(self._owners), self._floor) @ self._temper
+        return [sums[self._owners == k] for k in segments]
 
     def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean squared residual [segments] in units of what is no gap, single instants limited."""

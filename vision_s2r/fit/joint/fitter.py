@@ -21,6 +21,7 @@ LONG_STRIDE = 10.0
 SOFT = 400.0  # times the floor's variance: blurs ripples
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
 FOLLOWED = 2  # starts of an effect that are followed
+SCREENED = 8  # effects whose starts are, of those that are screened at once
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,8 @@ class JointFitter:
     def __init__(self, track: Track, observer: Observer, floor: Floor, resolution: float | None) -> None:
         self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
         self._screened: dict[object, tuple[float, Fitted]] = {}
+        self._started: dict[object, tuple[float, float, list[np.ndarray]]] = {}
+        self._sloped: tuple[object, tuple[np.ndarray, np.ndarray]] = None, (np.empty(0), np.empty(0))
         self._derived: dict[object, tuple[np.ndarray, np.ndarray]] = {}
 
     def data(self, segments: Iterable[int]) -> Data:
@@ -68,9 +71,15 @@ class JointFitter:
         return fitted
 
     def gains(self, hypothesis: Hypothesis, names: Sequence[str], segments: Sequence[int]) -> dict[str, float]:
-        """About how many nats each name would gain."""
+        """About how many nats each name would gain; only the starts of those that seem to gain most are followed."""
         data = self.data(segments)
-        return {name: self._screen(hypothesis, name, data)[0] for name in names}
+        before = self.space(names_of(hypothesis))
+        here = before.start(hypothesis)
+        starts = {name: self._starts(before, here, hypothesis, name, data) for name in names}
+        first = {name: now - least for name, (now, least, _) in starts.items()}
+        ranked = sorted(names, key=lambda name: (name not in DISCREPANCIES, -first[name]))
+        followed = {name for k, name in enumerate(ranked) if name in DISCREPANCIES or k < SCREENED}
+        return {name: self._screen(hypothesis, name, data)[0] if name in followed else first[name] for name in names}
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
         """Residuals [E, T, channels] of the episodes that hold these segments, others zero."""
@@ -137,10 +146,10 @@ class JointFitter:
         """One more name, a few iterations from its best starts: what it gains so far, and where it stands."""
         before = self.space(names_of(hypothesis))
         here = before.start(hypothesis)
-        key = (names_of(hypothesis), name, data.episodes, here.tobytes(), data.weight.tobytes())
+        key = _key(names_of(hypothesis), here, name, data)
         if key not in self._screened:
             space = self.space(names_of(hypothesis) | {name})
-            now, starts = self._starts(before, here, space, hypothesis, name, data)
+            now, _, starts = self._starts(before, here, hypothesis, name, data)
             rippled = name not in DISCREPANCIES and JOINT_FITS[name].rippled
             follow = self._through_ripples if rippled else self._few_iterations
             best = min((follow(space, point, data) for point in starts), key=lambda fitted: fitted.cost)
@@ -162,20 +171,49 @@ class JointFitter:
         return Fitted(sharp.point, float(values[0]), scale[0])
 
     def _starts(
-        self, before: Space, here: np.ndarray, space: Space, hypothesis: Hypothesis, name: str, data: Data
-    ) -> tuple[float, list[np.ndarray]]:
-        """The cost at the hypothesis, and the best starts of one more name.
+        self, before: Space, here: np.ndarray, hypothesis: Hypothesis, name: str, data: Data
+    ) -> tuple[float, float, list[np.ndarray]]:
+        """The cost at the hypothesis, at the best start of one more name, and its best starts.
 
         Each start is tried with the other coordinates as they are, and moved to where, to first order, they make up
         for as much of its effect as they can.
         """
-        residuals, slopes = self.observer.slopes(before, here, data.episodes)
-        scale, cost = profile(residuals[None], data.weight, data.floor)
-        now = float(cost[0] @ data.temper)
-        if name in DISCREPANCIES:
-            return now, [space.start(hypothesis)]
-        points = self._grid(before, here, space, hypothesis, name, residuals, data)
-        weight = np.sqrt(influence(residuals, scale[0]) * data.temper * data.weight[..., None])
+        key = _key(names_of(hypothesis), here, name, data)
+        if key not in self._started:
+            space = self.space(names_of(hypothesis) | {name})
+            residuals, slopes = self._slopes(before, here, names_of(hypothesis), data)
+            scale, cost = profile(residuals[None], data.weight, data.floor)
+            now = float(cost[0] @ data.temper)
+            if name in DISCREPANCIES:
+                self._started[key] = now, now, [space.start(hypothesis)]
+            else:
+                points = self._grid(before, here, space, hypothesis, name, residuals, data)
+                points = self._made_up_for(points, name, before, space, (residuals, slopes), scale[0], data)
+                values = costs(self.observer, space, data, points)[0]
+                order = np.argsort(values, kind="stable")
+                self._started[key] = now, float(values[order[0]]), [points[k] for k in order[:FOLLOWED]]
+        return self._started[key]
+
+    def _slopes(self, before: Space, here: np.ndarray, names: Names, data: Data) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals and slopes at a point; the last ones are kept, since many names are tried beside it."""
+        key, kept = _key(names, here, "", data), self._sloped
+        if key != kept[0]:
+            kept = self._sloped = key, self.observer.slopes(before, here, data.episodes)
+        return kept[1]
+
+    def _made_up_for(
+        self,
+        points: np.ndarray,
+        name: str,
+        before: Space,
+        space: Space,
+        now: tuple[np.ndarray, np.ndarray],  # residuals and slopes without the name
+        scale: np.ndarray,
+        data: Data,
+    ) -> np.ndarray:
+        """Starts [C, D] of a name, and beside them the same with the other coordinates moved [2 C, D]."""
+        residuals, slopes = now
+        weight = np.sqrt(influence(residuals, scale) * data.temper * data.weight[..., None])
         basis = (slopes * weight).reshape(before.size, weight.size)
         after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
         moved = points.copy()
@@ -184,9 +222,7 @@ class JointFitter:
         scaled = basis / size
         answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
         moved[:, others] -= (answer / size).T
-        points = np.concatenate([points, np.clip(moved, space.low, space.high)])
-        order = np.argsort(costs(self.observer, space, data, points)[0], kind="stable")
-        return now, [points[k] for k in order[:FOLLOWED]]
+        return np.concatenate([points, np.clip(moved, space.low, space.high)])
 
     def _grid(
         self,
@@ -203,6 +239,11 @@ class JointFitter:
         full[list(data.episodes)] = residuals
         grid = JOINT_FITS[name].starts(self.track, row, full)
         return np.array([space.start(Hypothesis({**hypothesis.values, name: each}, hypothesis.extra)) for each in grid])
+
+
+def _key(names: Names, point: np.ndarray, name: str, data: Data) -> object:
+    """What the screen of a name beside a point of these names is kept under."""
+    return names, point.tobytes(), name, data.episodes, data.weight.tobytes()
 
 
 def names_of(hypothesis: Hypothesis) -> Names:

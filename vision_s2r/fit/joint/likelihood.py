@@ -86,12 +86,31 @@ def normal_equations(
     return curvature, slope
 
 
+def block_loglik(residuals: np.ndarray, label: np.ndarray, count: int, floor: np.ndarray) -> np.ndarray:
+    """Log-likelihood [count, channels] of the samples with each label, each label's scale² at its best above the floor.
+
+    residuals [E, T, channels], label [E, T] from 0 to count - 1, or -1.
+    """
+    inside = label >= 0
+    of, values = label[inside], residuals[inside]
+    size = np.maximum(np.bincount(of, minlength=count), 1)[:, None]
+
+    def sums(each: np.ndarray) -> np.ndarray:
+        return np.stack([np.bincount(of, column, count) for column in each.T], axis=1)
+
+    squares = values**2
+    scale = np.maximum(2.5 * np.exp(sums(np.log(squares + 0.01 * floor)) / size), floor)
+    for _ in range(_ROUNDS):
+        scale = np.maximum(sums((NU + 1) * squares / (NU + squares / scale[of])) / size, floor)
+    return sums(log_density(values, scale[of]))
+
+
 def influence(residuals: np.ndarray, scale: np.ndarray) -> np.ndarray:
     """Weight of each residual [..., channels] in least squares: 1/variance for small ones, less for large ones."""
     return (NU + 1) / (NU * scale + residuals**2)
 
 
 def log_density(residuals: np.ndarray, scale: np.ndarray) -> np.ndarray:
-    """Log-density [..., channels] of residuals under these scales² [channels]."""
+    """Log-density [..., channels] of residuals under these scales² [..., channels]."""
     constant = math.lgamma((NU + 1) / 2) - math.lgamma(NU / 2) - 0.5 * math.log(NU * math.pi)
     return constant - 0.5 * np.log(scale) - 0.5 * (NU + 1) * np.log1p(residuals**2 / (NU * scale))
