@@ -1,4 +1,4 @@
-"""Sealed arms, by PyBullet: chains of links that are drawn, servos of its own at 2 kHz, logs at 100 Hz.
+"""Sealed arms, by PyBullet: chains of links that are drawn, servos of its own at 10 kHz, logs at 100 Hz.
 
 Rigid bodies and dry friction are PyBullet's; the servo's law, with what it lacks, is written out here. No code is
 shared with the diagnosis.
@@ -17,7 +17,8 @@ from vision_s2r.bullet import pybullet
 from vision_s2r.gapbench.generate.base import Answer, Effects, Machine
 
 CASES = ("null", "single", "pair")
-STEP, RATE = 5e-4, 100.0  # s of the physics and the servo, Hz of the log
+# s of the physics and the servo, Hz of the log; a torque that is held is half a step late
+STEP, RATE = 1e-4, 100.0
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 RADIUS = 0.03  # m, of links
