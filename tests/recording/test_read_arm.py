@@ -27,6 +27,9 @@ def test_what_is_left_out_of_a_drive_is_the_models_own(folder):
     (folder / "recording.yaml").write_text("\n".join(kept))
     shoulder, elbow = read(folder).joints.values()
     assert (shoulder.nominal["proportional_gain"], elbow.nominal["proportional_gain"]) == (15, 60)
+    text = (folder / "recording.yaml").read_text()
+    (folder / "recording.yaml").write_text(text[: text.index("  elbow:")] + "  elbow:\n")
+    assert read(folder).joints["elbow"].nominal["proportional_gain"] == 60
     assert shoulder.nominal["inertia"] == 0.05 and shoulder.nominal["command_limit"] == 15
 
 

@@ -35,7 +35,7 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ArmRecordi
     check_keys(content, KEYS, where, ("model", "sample_time", "joints"))
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
     model = ArmModel(_model_path(folder, content["model"], where))
-    given = header.mapping(content, "joints", where)
+    given = {name: each or {} for name, each in header.mapping(content, "joints", where).items()}
     if not given:
         raise UserError(f"{where}: joints is empty, expected those that were logged")
     known = {name: model.check_joint(name, f"{where}: joints") for name in given}
