@@ -84,7 +84,7 @@ def _missing_of_camera() -> Iterator[str]:
         fit = CAMERA_FITS[name]
         if (fit.stage in ("tone", "noise", "encoder")) != (name in BEHIND):
             yield f"{name}: stage {fit.stage}, which fit/camera/noise.py does not know"
-        if not all(list(setting) == parameters for setting in starts(name, 128)):
+        if not all(list(setting) == parameters for setting in starts(name, Optics(128, 128, 140.0))):
             yield f"{name}: starts that do not set {parameters}"
         if fit.coarse is not None and fit.chart is None:
             yield f"{name}: begins a coarse fit, but has no chart"

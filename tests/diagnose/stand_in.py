@@ -36,6 +36,7 @@ class Curves:
     certain: Mapping[str, float] = field(default_factory=dict)
     not_excited: Mapping[str, str] = field(default_factory=dict)
     sharp: bool = True
+    unsteady = ""
     rough: Names = frozenset()
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})

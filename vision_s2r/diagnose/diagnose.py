@@ -113,7 +113,7 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     if isinstance(recording, ArmRecording):
         of_arm: SavedDiagnosis = load("vision_s2r.diagnose.arm:diagnose_arm")(recording, cfg, jobs)  # imports MuJoCo
         return of_arm
-    case = open_case(recording, cfg.withhold)
+    case: Any = open_case(recording, cfg.withhold)
     limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
@@ -121,6 +121,9 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
         written = report(case, assessor, settled)
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
+    if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+        with case.session():
+            written |= {"light": case.light(settled.simulator.hypothesis)}
     return Diagnosis.of(written, recording=recording, case=case, settled=settled)
 
 

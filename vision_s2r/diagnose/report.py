@@ -44,11 +44,11 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> dict[str, Any]:
 
 def verdict(assessor: Assessor, settled: Settled) -> str:
     """no_gap, explained, partly_explained or unexplained."""
-    found, gap = settled.found, settled.gap
+    found, gap, unsteady = settled.found, settled.gap, bool(assessor.case.unsteady)
     if found.effects:
         near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
-        return "explained" if found.adequate and not found.unknown and near else "partly_explained"
-    if found.unknown or settled.harmful or not assessor.adequate(found.nominal):
+        return "explained" if found.adequate and not found.unknown and not unsteady and near else "partly_explained"
+    if found.unknown or unsteady or settled.harmful or not assessor.adequate(found.nominal):
         return "unexplained"
     return "no_gap"
 
@@ -227,5 +227,6 @@ def _unexplained(case: Case, assessor: Assessor, settled: Settled, said: str) ->
     return {
         **_share(gap.share(gap.after - gap.floor)),
         "where": places,
-        "resembles": [case.discrepancies[name] for name in sorted(found.resembles)],
+        "resembles": [case.unsteady] * bool(case.unsteady)
+        + [case.discrepancies[name] for name in sorted(found.resembles)],
     }

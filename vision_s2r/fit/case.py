@@ -63,6 +63,7 @@ class Case(Protocol):
     metric: str  # of the gap: velocity_rmse
     unit: str  # of the gap: rad/s
     described: str  # which quantity is compared, over which horizon, in a sentence
+    unsteady: str  # what the real thing does otherwise in each segment, in a few words; no effect is to blame for it
     rough: Names  # effects whose form is only roughly the same on any two machines: how hard a contact is
     sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are
 

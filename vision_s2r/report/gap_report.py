@@ -145,6 +145,16 @@ class JointPart:
     effects: tuple[FoundEffect, ...]
 
 
+@dataclass(frozen=True)
+class UnsteadyLight:
+    """Light that photographs do not share: fitted to each frame under every hypothesis, and no effect of the camera."""
+
+    differs_in: str  # exposure: each frame's own; field: and a smooth field of light besides
+    exposure: tuple[float, ...]  # of each frame against the simulator's
+    spread: float  # standard deviation of these
+    unit: str
+
+
 @dataclass(frozen=True, kw_only=True)
 class GapReport:
     """What a diagnosis says. A notebook shows it as its page."""
@@ -163,6 +173,7 @@ class GapReport:
     refitted: tuple[RefittedValue, ...] | None = None
     withheld: tuple[str, ...] | None = None  # effects that were found, and make held-out data worse
     held_out: HeldOut | None = None  # of a joint
+    light: UnsteadyLight | None = None  # of a paired camera's frames, where it differs between them
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
     tip: TipGap | None = None  # of an arm
     joints: dict[str, JointPart] | None = None  # of an arm, by name

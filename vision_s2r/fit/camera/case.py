@@ -4,6 +4,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from typing import Any
 
 import numpy as np
 import torch
@@ -22,7 +23,9 @@ from vision_s2r.fit.camera.fitting import (
     search_factor,
 )
 from vision_s2r.fit.camera.intervals import Spread, spread
-from vision_s2r.fit.camera.prediction import Stages, encoded
+from vision_s2r.fit.camera.light import STEADY, UNSTEADY, stops
+from vision_s2r.fit.camera.prediction import Stages, without_encoder
+from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
 from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values
@@ -66,8 +69,13 @@ class CameraCase:
         self.discrepancies = discrepancy.available(recording.grey)
         self.study = study
         self.certain: Mapping[str, float] = {"jpeg_compression": self.study.jpeg[1]} if self.study.jpeg else {}
+        self.unsteady = "" if self.study.pictures.light == STEADY else UNSTEADY
         self.not_excited: Mapping[str, str] = self.study.not_excited
-        self._target = Target(self.study.pictures, self.study.yardstick.variance, self.study.yardstick.counted)
+        self._target = Target(
+            self.study.pictures,
+            fitted_variance(self.study.pictures, self.study.yardstick.variance),
+            self.study.yardstick.counted,
+        )
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
         self._spreads: dict[tuple[object, ...], Spread] = {}
@@ -93,7 +101,16 @@ class CameraCase:
 
     @torch.inference_mode()
     def _fit(self, names: Names, segments: tuple[int, ...], start: Hypothesis | None) -> Hypothesis:
-        effects = sorted(names & self.library.keys())
+        plain = frozenset(names & self.library.keys())
+        unknown = sorted(names & self.discrepancies.keys())
+        # An unknown is fitted to what the effects leave, which are the same whatever stands beside them.
+        values = self.fit(plain, segments, start).values if unknown else self._fit_effects(plain, segments, start)
+        return Hypothesis(values, self._fit_discrepancies(values, unknown, list(segments)))
+
+    def _fit_effects(
+        self, names: Names, segments: tuple[int, ...], start: Hypothesis | None
+    ) -> dict[str, dict[str, float]]:
+        effects = sorted(names)
         few = self._few(segments)
         values = self._begin(frozenset(effects), start, few)
         noisy = [name for name in effects if name in of_stage("noise")]
@@ -107,10 +124,7 @@ class CameraCase:
             found = gauss_newton(self._target, found, moving, few, 2)[0]
         if noisy and moving:
             found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, segments)}
-        ordered = {name: dict(found[name]) for name in effects}
-        return Hypothesis(
-            ordered, self._fit_discrepancies(ordered, sorted(names & self.discrepancies.keys()), list(segments))
-        )
+        return {name: dict(found[name]) for name in effects}
 
     def _few(self, segments: Sequence[int]) -> list[int]:
         """The frames that show most, of these."""
@@ -130,9 +144,9 @@ class CameraCase:
             elif name == "jpeg_compression":
                 values[name] = {"quality": float(self.study.jpeg[0] if self.study.jpeg else 90)}
             elif name in noises:
-                values[name] = dict(starts(name, self.study.pictures.optics.width)[0])
+                values[name] = dict(starts(name, self.study.pictures.optics)[0])
         for name in sorted(moving - values.keys()):
-            options = starts(name, self.study.pictures.optics.width)
+            options = starts(name, self.study.pictures.optics)
             if name in self.study.reference:
                 options = [dict(self.study.reference[name]), *options]
             values = {
@@ -147,10 +161,8 @@ class CameraCase:
         if not names:
             return fitted
         segments = segments[: max(_DISCREPANCY_VALUES // self.study.pictures.sim[0].numel(), 2)]
-        mean, variance = self._mean(values, segments)
+        mean, _, weight = self._predicted(values, segments, lit=True)
         residual = self.study.pictures.real[segments] - self._encoded(mean, values)
-        noise = predicted_noise(self.study.yardstick, variance, mean)
-        weight = self.study.yardstick.counted[segments] / (noise + self.study.yardstick.tolerance[segments])
         added = torch.zeros_like(mean)
         for name in names:
             fitted[name] = discrepancy.fit(name, residual - added, mean, weight)
@@ -161,21 +173,30 @@ class CameraCase:
 
     def _mean(self, values: Values, segments: list[int]) -> tuple[Tensor, Tensor | None]:
         """Before the encoder: the mean, and the variance of noise effects."""
-        plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
-        prediction = self.study.pictures.predict(plain, segments)
+        prediction = self.study.pictures.predict(without_encoder(values), segments)
         return prediction.mean, prediction.variance
 
-    @staticmethod
-    def _encoded(mean: Tensor, values: Values) -> Tensor:
-        return encoded(mean, values["jpeg_compression"]["quality"]) if "jpeg_compression" in values else mean
+    def _predicted(self, values: Values, segments: list[int], lit: bool) -> tuple[Tensor, Tensor, Tensor]:
+        """The mean before the encoder, in each frame's own light where `lit`; variance of noise; weights of pixels."""
+        mean, variance = self._mean(values, segments)
+        yardstick, pictures = self.study.yardstick, self.study.pictures
+        noise = predicted_noise(yardstick, variance, mean)
+        weight = yardstick.counted[segments] / (noise + yardstick.tolerance[segments])
+        if lit and pictures.light != STEADY:
+            mean = pictures.light.on(mean, pictures.real[segments], weight).mean
+        return mean, noise, weight
+
+    def _encoded(self, mean: Tensor, values: Values) -> Tensor:
+        return self.study.pictures.through_encoder(mean, values)
 
     @torch.inference_mode()
-    def residual(self, hypothesis: Hypothesis, segments: Segments) -> tuple[Tensor, Tensor, float]:
-        """Real less predicted [B, C, H, W], the noise variance predicted, and the share of outliers."""
+    def residual(self, hypothesis: Hypothesis, segments: Segments, lit: bool) -> tuple[Tensor, Tensor, float]:
+        """Real less predicted [B, C, H, W], the noise variance predicted, and the share of outliers.
+
+        `lit`: each frame in its own light, as fits see it; else in the simulator's, as a replay has it.
+        """
         segments = list(segments)
-        mean, variance = self._mean(hypothesis.values, segments)
-        noise = predicted_noise(self.study.yardstick, variance, mean)
-        weight = self.study.yardstick.counted[segments] / (noise + self.study.yardstick.tolerance[segments])
+        mean, noise, weight = self._predicted(hypothesis.values, segments, lit)
         real = self.study.pictures.real[segments]
         residual = real - self._encoded(mean, hypothesis.values)
         added = torch.zeros_like(mean)
@@ -186,12 +207,13 @@ class CameraCase:
             residual = real - self._encoded((mean + added).clamp(0, 1), hypothesis.values)
         return residual, noise, share
 
-    def _scored(self, hypothesis: Hypothesis, segments: Segments) -> list[FrameScore]:
-        key = (*_key(hypothesis), tuple(segments))
+    def _scored(self, hypothesis: Hypothesis, segments: Segments, lit: bool = True) -> list[FrameScore]:
+        lit = lit and self.study.pictures.light != STEADY
+        key = (*_key(hypothesis), tuple(segments), lit)
         if key not in self._scores:
             scores: list[FrameScore] = []
             for segment in segments:  # a frame at a time stays in the cache
-                residual, noise, outliers = self.residual(hypothesis, [segment])
+                residual, noise, outliers = self.residual(hypothesis, [segment], lit)
                 scores += score(self.study.yardstick, residual, noise, [segment], outliers, bool(hypothesis.extra))
             with self._lock:
                 if len(self._scores) >= _REMEMBERED:
@@ -209,31 +231,46 @@ class CameraCase:
         return np.array([each.excess for each in self._scored(hypothesis, segments)])
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
-        """Mean squared error [segments], grey levels squared."""
-        return np.array([each.error for each in self._scored(hypothesis, segments)])
+        """Mean squared error [segments], grey levels squared, in the simulator's own light."""
+        return np.array([each.error for each in self._scored(hypothesis, segments, lit=False)])
 
     def floor(self, segments: Segments) -> np.ndarray:
         """Noise variance [segments], grey levels squared."""
         counted = self.study.yardstick.counted[list(segments)].float()
         noise = (self.study.yardstick.floor[list(segments)] * counted).sum((1, 2, 3))
         pixels = counted.sum((1, 2, 3)).clamp(min=1) * self.study.yardstick.measured.shape[1]
-        return (noise / pixels * 255**2).double().numpy()
+        return (noise / pixels / self.study.yardstick.scale**2 * 255**2).double().numpy()
 
     @torch.inference_mode()
     def samples(self, hypothesis: Hypothesis) -> Samples:
         """Every second pixel, and every cosine coefficient of 8 px blocks."""
         segments = list(range(self.segments))
-        residual, noise, _ = self.residual(hypothesis, segments)
+        residual, noise, _ = self.residual(hypothesis, segments, lit=False)
         yardstick = self.study.yardstick
-        error = (residual.square() + mismatch(yardstick, noise, segments)) * 255**2
+        shrunk = yardstick.scale**2
+        fine = mismatch(yardstick, noise, segments) / shrunk + yardstick.measured * (1 / shrunk - 1)
+        every = round(1 / self.study.pictures.scale)
+        labels = self.recording.labels
         return axes.samples(
-            error,
-            yardstick.floor * 255**2,
+            (residual.square() + fine) * 255**2,
+            yardstick.floor / shrunk * 255**2,
             residual * 255,
             self.study.pictures.real,
             yardstick.counted,
-            self.recording.labels,
+            None if labels is None else labels[:, ::every, ::every][:, : residual.shape[-2], : residual.shape[-1]],
         )
+
+    @torch.inference_mode()
+    def light(self, hypothesis: Hypothesis) -> dict[str, Any] | None:
+        """The exposure (EV) of each frame against the simulator's under a hypothesis; None where light is steady."""
+        pictures, exposures = self.study.pictures, []
+        if pictures.light == STEADY:
+            return None
+        for segment in range(self.segments):
+            mean, _, weight = self._predicted(hypothesis.values, [segment], lit=False)
+            exposures += stops(pictures.light.on(mean, pictures.real[[segment]], weight), pictures.encoding).tolist()
+        spread = float(np.std(exposures, ddof=1))
+        return {"differs_in": pictures.light.kind, "exposure": exposures, "spread": spread, "unit": "EV"}
 
     # -- what to ask
 
@@ -243,15 +280,17 @@ class CameraCase:
         few = self._few(range(self.segments))[:2]
         target, values = self._target, hypothesis.values
         stages: Stages = {}
-        residual = target.residual(values, few, stages, keep=True)
-        slopes, _ = columns(target, values, charted(values), few, stages)
-        plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
+        residual, lit = target.compare(values, few, stages, keep=True)
+        slopes, _ = columns(target, values, charted(values), few, stages, lit)
+        plain = without_encoder(values)
         base = target.pictures.predict(plain, few, stages).mean
         pixels = float(target.counted.sum()) / max(float(target.counted[few].sum()), 1)
 
         def gain(name: str, setting: Mapping[str, float]) -> float:
             moved = target.pictures.predict(plain | {name: setting}, few, stages).mean
-            equations = normal(target, torch.cat([slopes, (moved - base)[None]]), residual, few)
+            change = (moved - base)[None]
+            change = change if lit is None else lit.beside(change)
+            equations = normal(target, torch.cat([slopes, change]), residual, few)
             return _last_gain(equations.matrix, equations.vector)
 
         gains = {}
@@ -267,7 +306,7 @@ class CameraCase:
 
     def _settings(self, name: str) -> list[Mapping[str, float]]:
         """A few settings of an effect; that of the reference first, where it has one."""
-        options = starts(name, self._target.pictures.optics.width)
+        options = starts(name, self._target.pictures.optics)
         if name not in self.study.reference:
             return [*options]
         return [self.study.reference[name], *options[:: max(len(options) // 4, 1)]]
@@ -307,7 +346,9 @@ class CameraCase:
         """Whether switching the effect off changes nothing that could be seen above the simulator's tolerance."""
         few = self._few(range(self.segments))
         values = hypothesis.values
-        if of_stage("warp") & values.keys() and excitation.faint(name, values[name]):
+        if name in self.certain:
+            return False
+        if of_stage("warp") & values.keys() and excitation.faint(name, values[name], self.study.pictures.scale):
             return True
         without = {each: value for each, value in values.items() if each != name}
         (mean, variance), (other, other_variance) = self._mean(values, few), self._mean(without, few)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
-from vision_s2r.fit.camera.effect import CAMERA_FITS, Chart, EffectValues, Setting
+from vision_s2r.fit.camera.effect import CAMERA_FITS, Chart, EffectValues, Optics, Setting
 
 
 def chart(name: str) -> Chart:
@@ -22,10 +22,19 @@ def neutral(name: str) -> Setting:
     return {each.name: each.moderate if each.neutral is None else each.neutral for each in parameters}
 
 
-def starts(name: str, width: int) -> list[Setting]:
-    """Settings of an effect from which a fit finds any other, in pictures of this width."""
+def starts(name: str, optics: Optics) -> list[Setting]:
+    """Settings of an effect from which a fit finds any other, in pictures of this size."""
     found = CAMERA_FITS[name].starts
-    return [neutral(name)] if found is None else found(width)
+    if found is None:
+        return [neutral(name)]
+    return [at_scale(name, setting, optics.pixel) for setting in found(optics.width)]
+
+
+def at_scale(name: str, values: EffectValues, scale: float) -> Setting:
+    """The effect in pictures of `scale` times the size."""
+    sized = CAMERA_FITS[name].sized
+    units = {parameter.name: parameter.unit for parameter in CAMERA_EFFECTS[name].parameters}
+    return {key: value * scale if sized or units[key] == "px" else value for key, value in values.items()}
 
 
 def bounded(name: str, values: EffectValues) -> dict[str, float]:

@@ -27,6 +27,7 @@ DISCREPANCIES: dict[str, str] = {
 }
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
 _COLOUR = frozenset({"colour_mixing"})
+FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _SMOOTH, _SMOOTHER = 5, 4  # cosines along each axis
 
 
@@ -143,7 +144,8 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
         return FittedDiscrepancy(((residual * weight).sum(0) / (total + typical)).numpy())
     if name == "outliers":
         distance = residual.square() * weight
-        return FittedDiscrepancy(np.array([max(float((distance > 16).float().mean()), 1e-6)]))
+        share = float((distance > 16).float().mean())
+        return FittedDiscrepancy(np.array([min(max(share, 1e-6), FEW)]))
     if name in LATENT:
         return FittedDiscrepancy(np.empty(0))
     ghost = find_ghost(residual, mean, (weight.amax(1, keepdim=True) > 0).float()) if name == "ghost" else None

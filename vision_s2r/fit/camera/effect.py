@@ -25,6 +25,7 @@ class Optics:
     width: int
     height: int
     focal: float
+    pixel: float = 1.0  # how many pixels of the recording one of these is: parameters are in the recording's
 
     @property
     def corner(self) -> float:
@@ -87,6 +88,9 @@ class Need:
 NEEDS: dict[str, Need] = {
     "colour": Need("the pictures have no colour", "scenes in colour, recorded in colour"),
     "edges": Need("the pictures have no edges", "a chessboard or print of letters that fills the picture"),
+    "steady light": Need(
+        "the light differs from frame to frame", "the scene under one lamp, with the camera's exposure locked"
+    ),
     "light": Need("the pictures are black", "the scene under at least ten times the light"),
     "contrast": Need("the pictures have one brightness only", "a grey wedge from black to white"),
 }

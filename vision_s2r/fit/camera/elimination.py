@@ -48,8 +48,8 @@ def drop_costs(target: Target, values: Values, names: Sequence[str], segments: S
     """By about how much the mean loss rises when an effect is switched off and the others make up for it."""
     smooth = charted(names)
     stages: Stages = {}
-    residual = target.residual(values, segments, stages, keep=True)
-    slopes, steps = columns(target, values, smooth, segments, stages)
+    residual, lit = target.compare(values, segments, stages, keep=True)
+    slopes, steps = columns(target, values, smooth, segments, stages, lit)
     matrix = normal(target, slopes, residual, segments).matrix
     here = target.loss(values, segments)
     costs = {}

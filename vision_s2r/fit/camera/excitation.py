@@ -4,19 +4,21 @@ from collections.abc import Iterable
 
 import torch
 
+from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, EffectValues
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.weighing import detail
 
 _EDGE = 6 / 255  # how far an edge stands out
 _DARK = 0.02  # coded value below which there is no light to change
+_BETWEEN = 0.05  # of the pixels, that a third brightness must have
 _RANGE = 0.08  # coded values that a tone curve must span to be told from an exposure
 
 
-def faint(name: str, values: EffectValues) -> bool:
-    """Whether this is a blur no stronger than the difference of two interpolation kernels."""
+def faint(name: str, values: EffectValues, scale: float) -> bool:
+    """Whether this is a blur no stronger than the difference of two interpolation kernels, at that scale."""
     found = CAMERA_FITS[name].faint
-    return found is not None and found(values)
+    return found is not None and found(at_scale(name, values, scale))
 
 
 def not_excited(pictures: Pictures, names: Iterable[str]) -> dict[str, str]:
@@ -36,6 +38,17 @@ def not_excited(pictures: Pictures, names: Iterable[str]) -> dict[str, str]:
         lacking.add("contrast")
     needs = {name: [need for need in CAMERA_FITS[name].needs if need in lacking] for name in names}
     return {name: NEEDS[missing[-1]].lacking for name, missing in needs.items() if missing}
+
+
+def two_toned(pictures: Pictures) -> bool:
+    """Whether nearly all that is meant has one of two brightnesses, as a board has: no tone between them is seen."""
+    meant = (pictures.meant > 0.5) & (detail(pictures.sim) < _EDGE)
+    values = _few(pictures.sim.mean(1, keepdim=True)[meant])
+    if not len(values):
+        return False
+    low, high = values.quantile(0.1), values.quantile(0.9)
+    between = (values > low + 0.2 * (high - low)) & (values < high - 0.2 * (high - low))
+    return float(between.float().mean()) < _BETWEEN
 
 
 def _few(values: torch.Tensor) -> torch.Tensor:

@@ -36,6 +36,7 @@ def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, floa
             torch.ones_like(picture[:1])[None],
             study.pictures.intrinsics,
             study.pictures.encoding,
+            study.pictures.scale,
         )
         means = [pictures.predict(rival.values, [0]).mean for rival in rivals]
         found[name] = min(float((mean - means[0]).square().mean().sqrt()) * 255 for mean in means[1:])

@@ -9,7 +9,8 @@ from torch import Tensor
 
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import charted
-from vision_s2r.fit.camera.prediction import Pictures, Stages
+from vision_s2r.fit.camera.light import STEADY, Lit
+from vision_s2r.fit.camera.prediction import Pictures, Stages, without_encoder
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gauss_newton import Damping, descend
 
@@ -27,11 +28,23 @@ class Target:
     variance: Tensor
     counted: Tensor  # [N, 1, H, W] bool
 
+    def compare(
+        self, values: Values, segments: Sequence[int], stages: Stages | None = None, keep: bool = False
+    ) -> tuple[Tensor, Lit | None]:
+        """Real less predicted [B, C, H, W], and the light that the frames have of their own, if it is not steady."""
+        chosen, pictures = list(segments), self.pictures
+        real = pictures.real[chosen]
+        if pictures.light == STEADY:
+            return real - pictures.predict(values, segments, stages, keep).mean, None
+        mean = pictures.predict(without_encoder(values), segments, stages, keep).mean
+        lit = pictures.light.on(mean, real, self.counted[chosen] / self.variance[chosen])
+        return real - pictures.through_encoder(lit.mean, values), lit
+
     def residual(
         self, values: Values, segments: Sequence[int], stages: Stages | None = None, keep: bool = False
     ) -> Tensor:
         """Real less predicted [B, C, H, W]."""
-        return self.pictures.real[list(segments)] - self.pictures.predict(values, segments, stages, keep).mean
+        return self.compare(values, segments, stages, keep)[0]
 
     def loss(self, values: Values, segments: Sequence[int], stages: Stages | None = None) -> float:
         """Mean over pixels of minus the log-likelihood, but for constants; nats."""
@@ -61,14 +74,14 @@ class Normal:
 
 
 def columns(
-    target: Target, values: Values, names: Sequence[str], segments: Sequence[int], stages: Stages
+    target: Target, values: Values, names: Sequence[str], segments: Sequence[int], stages: Stages, lit: Lit | None
 ) -> tuple[Tensor, np.ndarray]:
     """Change of the predicted mean [P, B, C, H, W] with each coordinate, a step of it; and the steps [P].
 
-    JPEG, which has no slope, is left out. `stages` holds the pass at `values`.
+    JPEG, which has no slope, is left out. `stages` holds the pass at `values`, `lit` the light of its frames.
     """
     pictures = target.pictures
-    plain = {name: value for name, value in values.items() if name != "jpeg_compression"}
+    plain = without_encoder(values)
     base = pictures.predict(plain, segments, stages).mean
     point = pack(plain, names)
     steps = np.array([step for name in names for step in chart(name).steps(target.pictures.optics)])
@@ -77,7 +90,8 @@ def columns(
         moved = point.copy()
         moved[k] += step
         slopes.append(pictures.predict(plain | unpack(moved, names), segments, stages).mean - base)
-    return torch.stack(slopes) if slopes else base.new_zeros((0, *base.shape)), steps
+    stacked = torch.stack(slopes) if slopes else base.new_zeros((0, *base.shape))
+    return stacked if lit is None or not slopes else lit.beside(stacked), steps
 
 
 def normal(target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[int]) -> Normal:
@@ -100,6 +114,7 @@ class _State:
     cost: float
     residual: Tensor
     stages: Stages
+    lit: Lit | None
 
 
 @dataclass(frozen=True)
@@ -112,11 +127,11 @@ class _Descent:
 
     def at(self, values: Values) -> _State:
         stages: Stages = {}
-        residual = self.target.residual(values, self.segments, stages, keep=True)
-        return _State(values, self.target._mean_loss(residual, self.segments), residual, stages)
+        residual, lit = self.target.compare(values, self.segments, stages, keep=True)
+        return _State(values, self.target._mean_loss(residual, self.segments), residual, stages, lit)
 
     def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
-        slopes, _ = columns(self.target, state.values, self.names, self.segments, state.stages)
+        slopes, _ = columns(self.target, state.values, self.names, self.segments, state.stages, state.lit)
         equations = normal(self.target, slopes, state.residual, self.segments)
         floor = _FLOOR * max(np.diag(equations.matrix).max(initial=0.0), 1e-12)
         return equations.matrix + floor * np.eye(len(slopes)), equations.vector
@@ -155,12 +170,12 @@ def best_start(
 
 def search_factor(target: Target, values: Values, segments: Sequence[int]) -> tuple[Values, float]:
     """The likeliest low_resolution near that of `values`: its effect goes by whole cells, so they are counted out."""
-    width = target.pictures.optics.width
+    width, pixel = target.pictures.optics.width, target.pictures.optics.pixel
 
     def at(cells: int) -> Values:
-        return dict(values) | {"low_resolution": {"factor": width / cells}}
+        return dict(values) | {"low_resolution": {"factor": pixel * width / cells}}
 
-    start = round(width / values["low_resolution"]["factor"])
+    start = round(pixel * width / values["low_resolution"]["factor"])
     # One frame finds the place, since the pattern of cells repeats in no other number of them; all of them settle it.
     scan = range(max(round(start * 0.7), width // 16 + 1), min(round(start * 1.4), width - 1) + 1)
     one = list(segments)[:1]

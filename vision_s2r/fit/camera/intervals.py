@@ -38,8 +38,8 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
     matrices, vectors, steps = [], [], np.empty(0)
     for segment in range(count) if names else ():
         stages: Stages = {}
-        residual = target.residual(values, [segment], stages, keep=True)
-        slopes, steps = columns(target, values, names, [segment], stages)
+        residual, lit = target.compare(values, [segment], stages, keep=True)
+        slopes, steps = columns(target, values, names, [segment], stages, lit)
         equations = normal(target, slopes, residual, [segment])
         matrices.append(equations.matrix)
         vectors.append(equations.vector)
@@ -129,7 +129,7 @@ def _plateau(name: str, key: str, value: float, target: Target) -> tuple[float, 
     """Values that mean the same: a whole number of cells, or a whole quality."""
     if name != "low_resolution":
         return value, value
-    width = target.pictures.optics.width
+    width = target.pictures.optics.width * target.pictures.optics.pixel
     cells = round(width / value)
     return width / (cells + 0.5), width / max(cells - 0.5, 0.5)
 

@@ -16,7 +16,9 @@ from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolatio
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
+from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
+from vision_s2r.fit.camera.light import STEADY, Light
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
 from vision_s2r.fit.case import Values
@@ -74,11 +76,12 @@ class Pictures:
     encoding: Encoding
     scale: float = 1.0
     kernel: str = KERNELS[0]  # of warps
+    light: Light = STEADY  # what frames have of their own
 
     @property
     def optics(self) -> Optics:
         """Size and focal length."""
-        return Optics(self.sim.shape[-1], self.sim.shape[-2], float(self.intrinsics[:2].mean()))
+        return Optics(self.sim.shape[-1], self.sim.shape[-2], float(self.intrinsics[:2].mean()), 1 / self.scale)
 
     def half(self) -> "Pictures":
         """At half the size; a pixel is the mean of the four that it covers, its centre theirs."""
@@ -100,10 +103,13 @@ class Pictures:
         """What these effects make of the simulator's pictures of `segments`; JPEG where it is among them."""
         light = self.front(values, segments, stages, keep)
         tail = Tail.of(values, self.encoding, self.sim.shape[1])
-        mean = tail.mean(light)
+        return Prediction(self.through_encoder(tail.mean(light), values), light, tail)
+
+    def through_encoder(self, mean: Tensor, values: Values) -> Tensor:
+        """Behind the encoder, where there is one among `values` and these are whole pictures."""
         if "jpeg_compression" in values and self.scale == 1.0:
-            mean = encoded(mean, values["jpeg_compression"]["quality"])
-        return Prediction(mean, light, tail)
+            return encoded(mean, values["jpeg_compression"]["quality"])
+        return mean
 
     @torch.no_grad()
     def front(
@@ -150,10 +156,7 @@ class Pictures:
 
     def _apply(self, effect: CameraEffect, pictures: Tensor, values: Mapping[str, float]) -> Tensor:
         fit = CAMERA_FITS[effect.name]
-        values = {
-            key: value * self.scale if fit.sized or effect.parameter(key).unit == "px" else value
-            for key, value in values.items()
-        }
+        values = at_scale(effect.name, values, self.scale)
         if fit.stage != "warp":
             return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), "bicubic"))
         # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
@@ -184,6 +187,11 @@ def coded(light: Tensor) -> Tensor:
     """The inverse of `linear`."""
     power = light.clamp(min=0.0031308).log_().mul_(1 / 2.4).exp_().mul_(1.055).sub_(0.055)
     return power.add_((light.clamp(max=0.0031308) - 0.0031308).mul_(12.92))
+
+
+def without_encoder(values: Values) -> dict[str, Mapping[str, float]]:
+    """The effects before the encoder."""
+    return {name: value for name, value in values.items() if name != "jpeg_compression"}
 
 
 def encoded(pictures: Tensor, quality: float) -> Tensor:

@@ -9,18 +9,21 @@ from dataclasses import replace
 
 import torch
 import torch.nn.functional as F
+from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.camera.coordinates import neutral, starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, of_stage
 from vision_s2r.fit.camera.elimination import without_idle
 from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
+from vision_s2r.fit.camera.light import STEADY
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.resampling import KERNELS
 from vision_s2r.fit.camera.weighing import detail
 from vision_s2r.fit.case import Values
 
 _COARSEST = 28  # px, of the shorter side
+_EDGES, _PHOTOGRAPHED = 0.1, 0.5  # of an edge's height, that is not known; in light that differs between frames
 _LIGHT_GAIN = 0.02  # by which a shadow must lower the mean loss to stay
 
 
@@ -34,10 +37,24 @@ def pyramid(pictures: Pictures) -> list[Pictures]:
 
 def rough_target(pictures: Pictures, values: Values) -> Target:
     """A target whose noise is not known: so much everywhere, and more where the picture is busy."""
+    every = range(len(pictures.sim))
+    return Target(pictures, rough_variance(pictures, every), pictures.seen(values, every))
+
+
+def rough_variance(pictures: Pictures, segments: Sequence[int]) -> Tensor:
+    """The variance [B, 1, H, W] of a target whose noise is not known."""
     level = 3.0 / 255 * (pictures.scale + 0.2)
-    variance = level**2 + (0.1 * detail(pictures.real)).square()
-    counted = pictures.seen(values, range(len(pictures.sim)))
-    return Target(pictures, variance, counted)
+    edges = _EDGES if pictures.light == STEADY else _PHOTOGRAPHED
+    return level**2 + (edges * detail(pictures.real[list(segments)])).square()
+
+
+def fitted_variance(pictures: Pictures, yardstick: Tensor) -> Tensor:
+    """The variance [N, 1 or C, H, W] that fits weigh by: that of the yardstick; of photographs, the rough one.
+
+    Theirs is no simulator's error, and what forgives single pixels would forgive every edge of a lens that is not
+    quite right yet.
+    """
+    return yardstick if pictures.light == STEADY else rough_variance(pictures, range(len(pictures.sim)))
 
 
 def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, segments: Sequence[int]) -> Values:
@@ -54,7 +71,7 @@ def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, se
         moving = [*first, *joining]
         for _ in range(2):  # what is seen depends on what is fitted
             target = rough_target(level, _without_blurs(values))
-            values = dict(gauss_newton(target, values, moving, segments, 5)[0])
+            values = dict(gauss_newton(target, values, moving, segments, 5 if level.light == STEADY else 15)[0])
     return values
 
 
@@ -79,9 +96,14 @@ def _bent(
     return min(ends, key=lambda end: end[1])[0]
 
 
-def fit_reference(levels: Sequence[Pictures], names: Collection[str], fixed: Values, segments: Sequence[int]) -> Values:
-    """All of `names` that move the mean, fitted together on these segments of the pyramid, beside what is `fixed`."""
-    values = dict(coarse(levels, names, fixed, segments))
+def fit_reference(
+    levels: Sequence[Pictures], begun: Values, names: Collection[str], fixed: Values, segments: Sequence[int]
+) -> Values:
+    """All of `names` that move the mean, fitted together on these segments of the pyramid, beside what is `fixed`.
+
+    `begun` is their coarse fit.
+    """
+    values = dict(begun)
     if len(levels) > 1:
         values = dict(without_idle(rough_target(levels[1], values), values, segments, fixed))
     smooth = [name for name in values if name not in fixed]
@@ -117,7 +139,7 @@ def add_blur(target: Target, values: Values, names: Collection[str], segments: S
 def fit_blur(target: Target, values: Values, name: str, segments: Sequence[int]) -> tuple[Values, float]:
     """With a blur fitted from the best of its starts, the rest fixed; and the mean loss."""
     few = list(segments)[:2]
-    started = best_start(target, values, name, few, starts(name, target.pictures.optics.width))
+    started = best_start(target, values, name, few, starts(name, target.pictures.optics))
     if CAMERA_FITS[name].chart is None:
         return search_factor(target, started, few)
     return gauss_newton(target, started, [name], segments, 4)
@@ -129,7 +151,7 @@ def add_light(levels: Sequence[Pictures], values: Values, name: str, segments: S
     target = rough_target(level, _without_blurs(values))
     before = target.loss(values, segments)
     ends = []
-    candidates = starts(name, levels[0].optics.width)
+    candidates = starts(name, levels[0].optics)
     losses = torch.tensor([target.loss(dict(values) | {name: each}, segments) for each in candidates])
     grey = [each for each in _coarse(values)[0] if "colour" not in CAMERA_FITS[each].needs]
     light = [name, *(each for each in grey if each in of_stage("light", "tone"))]

@@ -8,6 +8,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.fitting import FREEDOM
 from vision_s2r.fit.camera.weighing import LEAST, NoiseModel
 
@@ -32,6 +33,7 @@ class Yardstick:
     tolerance: Tensor
     counted: Tensor
     temper: float
+    scale: float = 1.0  # size of the pictures that are compared against the recording's, whose pixels' noise they share
 
     @property
     def variance(self) -> Tensor:
@@ -52,12 +54,13 @@ def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor)
     """The variance [B, C, H, W] of noise that a hypothesis predicts; `variance` is that of its noise effects."""
     noise = yardstick.noise
     if variance is None:
-        return torch.full_like(like, noise.quiet)
+        return torch.full_like(like, max(noise.quiet * yardstick.scale**2, LEAST))
     levels = torch.linspace(0, 0.3, 301)  # a table of standard deviations: the encoder's share is one
     table = torch.from_numpy(noise.attenuation(levels.double().numpy() ** 2)).float()
     position = ((variance + noise.base).sqrt() * 1000).clamp(max=299.99)
     low = position.long()
-    return (table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding).clamp(min=LEAST)
+    found = table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding
+    return (found * yardstick.scale**2).clamp(min=LEAST)
 
 
 def mismatch(yardstick: Yardstick, predicted: Tensor, segments: list[int]) -> Tensor:
@@ -85,7 +88,9 @@ def score(
     squared = residual.square()
     if outliers:
         density = torch.logaddexp(density + np.log1p(-outliers), torch.full_like(density, np.log(outliers)))
-        squared = torch.minimum(squared, floor * torch.where(squared > 16 * floor, 1.0, 16.0))
+        far = (squared > 16 * floor) & (counted > 0)
+        if float(far.sum()) <= 2 * FEW * float(counted.sum()) * residual.shape[1]:
+            squared = torch.where(far, floor, squared)
     if flexible:
         density = density - _PRICE / 2
     differing = mismatch(yardstick, predicted, segments)
@@ -94,7 +99,9 @@ def score(
     blocks = F.avg_pool2d(nats, (height, width), ceil_mode=True, divisor_override=1)
     pixels = counted.sum((1, 2, 3)).clamp(min=1) * residual.shape[1]
     excess = (((squared + differing) / floor) * counted).sum((1, 2, 3)) / pixels
-    error = ((squared + differing) * counted).sum((1, 2, 3)) / pixels * 255**2
+    # What averaging took away of the noise, and of its mismatch, is still there in the recording's own pixels.
+    fine = differing / yardstick.scale**2 + yardstick.measured[segments] * (1 / yardstick.scale**2 - 1)
+    error = ((squared + fine) * counted).sum((1, 2, 3)) / pixels * 255**2
     return [
         FrameScore(blocks[k].flatten().double().numpy(), float(excess[k]), float(error[k]))
         for k in range(len(segments))

@@ -9,12 +9,22 @@ import torch
 from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.fit.camera import excitation
 from vision_s2r.fit.camera.codec import attenuation, codec_scatter
-from vision_s2r.fit.camera.effect import of_stage
+from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
 from vision_s2r.fit.camera.fitting import Target
-from vision_s2r.fit.camera.prediction import Pictures
+from vision_s2r.fit.camera.light import LEAST_FRAMES, STEADY, Differing, Light, deciding_level, differing
+from vision_s2r.fit.camera.prediction import Pictures, without_encoder
 from vision_s2r.fit.camera.quantization import jpeg_quality
-from vision_s2r.fit.camera.reference import fit_reference, informative, likeliest_kernel, pyramid
+from vision_s2r.fit.camera.reference import (
+    coarse,
+    fit_reference,
+    fitted_variance,
+    informative,
+    likeliest_kernel,
+    pyramid,
+    rough_target,
+    rough_variance,
+)
 from vision_s2r.fit.camera.scoring import Yardstick, temper
 from vision_s2r.fit.camera.weighing import (
     IDENTITY,
@@ -30,7 +40,9 @@ from vision_s2r.fit.camera.weighing import (
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording
 
-_FRAMES, _VALUES = 4, 400_000  # that a fit looks at, at most: frames, and values in them
+_FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames, of unsteady light, values in them
+_LARGE, _WORKED = 200, 600_000  # px of the shorter side, and values in all: pictures of more are worked on at less size
+_COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
 _BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
@@ -61,23 +73,31 @@ class Study:
 @torch.inference_mode()
 def study(recording: CameraRecording, library: Collection[str]) -> Study:
     """Look at a recording: minutes of a person's work, seconds here."""
-    pictures = open_pictures(recording)
-    count = len(pictures.sim)
+    whole = open_pictures(recording)
+    levels = worked(pyramid(whole))
+    pictures, count = levels[0], len(whole.sim)
     not_excited = excitation.not_excited(pictures, library)
     jpeg = _jpeg(recording) if "jpeg_compression" in library else None
     fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
     noise = of_stage("noise")
     names = [name for name in library if name not in noise | not_excited.keys() | of_stage("encoder")]
-    levels = pyramid(pictures)
     segments = informative(pictures, frames_of_a_fit(pictures))
-    reference = fit_reference(levels, names, fixed, segments)
-    yardstick, _ = measure_noise(pictures, reference, jpeg, recording.bits)
-    target = Target(pictures, yardstick.variance, yardstick.counted)
+    begun = coarse(levels, names, fixed, segments)
+    light = light_of(levels, begun, names)
+    if light != STEADY:
+        pictures, levels = replace(pictures, light=light), [replace(level, light=light) for level in levels]
+        not_excited = hidden(light, pictures, names) | not_excited
+        names = [name for name in names if name not in not_excited]
+        segments = informative(pictures, frames_of_a_fit(pictures))
+        begun = coarse(levels, names, fixed, segments)
+    reference = fit_reference(levels, begun, names, fixed, segments)
+    yardstick, _ = measure_noise(pictures, whole, reference, jpeg, recording.bits)
+    target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
     reference = without_idle(target, reference, segments, fixed)
-    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharp(reference), segments))
+    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharp(reference, pictures.scale), segments))
     links = chain(replace(target, pictures=pictures), reference, segments, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
-    yardstick, bins = measure_noise(pictures, reference, jpeg, recording.bits)
+    yardstick, bins = measure_noise(pictures, whole, reference, jpeg, recording.bits)
     noises = noise_names(
         yardstick.noise, bins, links[-1][0], [name for name in noise if name in library and name not in not_excited]
     )
@@ -89,16 +109,53 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     )
 
 
+def worked(levels: Sequence[Pictures]) -> Sequence[Pictures]:
+    """The levels from that on which photographs are worked on: large ones are, at less than their size."""
+    for k, level in enumerate(levels):
+        if min(level.sim.shape[-2:]) <= _LARGE or level.sim.numel() <= _WORKED:
+            return levels[k:]
+    return levels[-1:]
+
+
+def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -> Light:
+    """The light that the frames have of their own: decided on small pictures, about the best geometry beside it.
+
+    `values` is a fit in the light that all have alike, which tells whether it is worth looking.
+    """
+    every = range(len(levels[0].sim))
+    small = deciding_level([(level.sim.shape[-2], level.sim.shape[-1]) for level in levels])
+
+    def compared(found: Values) -> Differing:
+        target = rough_target(levels[small], found)
+        mean = levels[small].predict(without_encoder(found), every).mean
+        return differing(mean, levels[small].real, target.counted / target.variance)
+
+    if len(every) < LEAST_FRAMES or not compared(values).plausible:
+        return STEADY
+    warps = [name for name in names if name in of_stage("warp") and not CAMERA_FITS[name].by_channel]
+    own = [replace(level, light=Light("field")) for level in levels[max(small - 1, 0) :]]
+    return compared(coarse(own, warps, {}, every)).light
+
+
+def hidden(light: Light, pictures: Pictures, names: Sequence[str]) -> dict[str, str]:
+    """Those of `names` that frames in a light of their own could not show, with the reason."""
+    lost = {name for name in names if name == "exposure" or (light.kind == "field" and name in of_stage("light"))}
+    if light.kind == "field" and excitation.two_toned(pictures):
+        lost |= of_stage("tone") & set(names)
+    return dict.fromkeys(sorted(lost), NEEDS["steady light"].lacking)
+
+
 def frames_of_a_fit(pictures: Pictures) -> int:
     """How many frames a fit looks at."""
-    return max(min(_FRAMES, _VALUES // pictures.sim[0].numel()), 2)
+    most = _FRAMES if pictures.light == STEADY else _MANY  # each of which has but its own light
+    return max(min(most, _VALUES // pictures.sim[0].numel()), 2)
 
 
-def sharp(values: Values) -> Values:
+def sharp(values: Values, scale: float) -> Values:
     """Without a blur so small that the kernel of a warp can be it."""
     if not values.keys() & of_stage("warp"):
         return values
-    return {name: value for name, value in values.items() if not excitation.faint(name, value)}
+    return {name: value for name, value in values.items() if not excitation.faint(name, value, scale)}
 
 
 def open_pictures(recording: CameraRecording) -> Pictures:
@@ -126,15 +183,14 @@ def _jpeg(recording: CameraRecording) -> tuple[int, float] | None:
 
 
 def measure_noise(
-    pictures: Pictures, reference: Values, jpeg: tuple[int, float] | None, bits: int
+    pictures: Pictures, whole: Pictures, reference: Values, jpeg: tuple[int, float] | None, bits: int
 ) -> tuple[Yardstick, NoiseBins]:
-    """The yardstick of a recording, from what the reference leaves."""
-    every = range(len(pictures.sim))
-    mean = pictures.predict(reference, every).mean
-    residual = pictures.real - mean
-    counted = counted_pixels(pictures, reference, 2)
+    """The yardstick of `pictures`, from what the reference leaves; noise is that of the `whole` ones' pixels."""
+    whole = replace(whole, kernel=pictures.kernel, light=pictures.light)
+    large = pictures.scale < 1
+    counted, mean, residual = _left(whole, reference)
     scatter = torch.zeros_like(mean[:, :1])
-    if jpeg:
+    if jpeg and not large:
         scatter = codec_scatter(pictures, reference, float(jpeg[0]), residual, counted)
     bins = measure(residual, mean, counted, white=jpeg is None, known=scatter)
     rounding = 0.0 if jpeg else 1 / 12 / (2**bits - 1) ** 2
@@ -142,14 +198,34 @@ def measure_noise(
     if jpeg:
         before, after = attenuation(float(jpeg[0]), pictures.sim.shape[1])
         through = Attenuation(before.double().numpy(), after.double().numpy())
-    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, every, rounding)
+    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), rounding)
     noise = NoiseModel(base, rounding, through, pictures.encoding)
+    if large:
+        counted, mean, residual = _left(pictures, reference)
+        scatter = torch.zeros_like(mean[:, :1])
     measured = spread_map(bins, mean, noise.quiet)
+    if large:
+        measured = (measured * pictures.scale**2).clamp(min=_COARSE_NOISE)
     edge = _edge_error(residual, mean, measured, counted, reference)
     tolerance = (edge * detail(mean)).square() + scatter
     variance = measured + tolerance
     floor = measured + scatter
-    return Yardstick(noise, measured, floor, tolerance, counted, temper(residual, variance, counted)), bins
+    tempered = temper(residual, variance, counted)
+    return Yardstick(noise, measured, floor, tolerance, counted, tempered, pictures.scale), bins
+
+
+def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """The pixels that count, what a reference predicts of them, and what it leaves, each frame in its own light."""
+    counted = counted_pixels(pictures, reference, 2)
+    means = []
+    for k in range(len(pictures.sim)):  # one after the other: all at once would not fit
+        mean = pictures.predict(without_encoder(reference), [k]).mean
+        if pictures.light != STEADY:
+            weight = counted[[k]] / rough_variance(pictures, [k])
+            mean = pictures.light.on(mean, pictures.real[[k]], weight).mean
+        means.append(pictures.through_encoder(mean, reference))
+    mean = torch.cat(means)
+    return counted, mean, pictures.real - mean
 
 
 def _edge_error(

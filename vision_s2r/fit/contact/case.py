@@ -38,6 +38,7 @@ class ContactCase:
     kind = "contact"
     sharp = False
     refitted: Names = frozenset()  # a wrong coefficient is an effect as any other
+    unsteady = ""
     rough: Names = frozenset({name for name, fit in CONTACT_FITS.items() if fit.rough})
     discrepancies: Mapping[str, str] = MEANINGS
     certain: Mapping[str, float] = {}

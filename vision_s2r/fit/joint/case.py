@@ -52,6 +52,7 @@ class JointCase:
     """
 
     kind = "joint"
+    unsteady = ""
     sharp = False
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO}
     discrepancies: Mapping[str, str] = MEANINGS

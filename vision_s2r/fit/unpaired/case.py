@@ -55,6 +55,7 @@ class UnpairedCase:
 
     kind = "camera"
     sharp = True
+    unsteady = ""
     rough: Names = frozenset()
     refitted: Names = frozenset()
     metric = "statistics_distance"

@@ -2,7 +2,7 @@
 
 from vision_s2r.fit.camera.effect import CAMERA_FITS, CameraFit, UnpairedFit, plain
 
-CHART = plain(("radius",), lambda optics: [0.06], [20])
+CHART = plain(("radius",), lambda optics: [0.06 * optics.pixel], [20])
 
 CAMERA_FITS.register(
     "defocus_blur",

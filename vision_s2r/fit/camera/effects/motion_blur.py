@@ -2,7 +2,7 @@
 
 from vision_s2r.fit.camera.effect import CAMERA_FITS, CameraFit, UnpairedFit, polar
 
-CHART = polar("length", 2.0, lambda optics: [0.12, 0.12], [20, 20])
+CHART = polar("length", 2.0, lambda optics: [0.12 * optics.pixel] * 2, [20, 20])
 
 CAMERA_FITS.register(
     "motion_blur",

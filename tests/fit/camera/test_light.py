@@ -1,0 +1,63 @@
+"""Light that differs from frame to frame is the frames' own, and hides neither a lens nor passes for an effect."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recorded
+from vision_s2r.fit.camera.discrepancy import FEW
+from vision_s2r.fit.camera.light import Light, stops
+from vision_s2r.recording.data import CameraRecording
+
+K1 = -0.25
+
+
+def photographed() -> CameraRecording:
+    """Pairs through a lens, each of its own exposure and lit from a side of its own."""
+    recording = recorded(lens_distortion={"k1": K1, "k2": 0.05})
+    rng = np.random.default_rng(5)
+    gain = np.exp(rng.normal(0, 0.12, FRAMES))[:, None, None, None]
+    x = np.linspace(-1, 1, SIZE)
+    tilt = 1 + 0.12 * (
+        rng.normal(size=(FRAMES, 1, 1, 1)) * x[:, None, None] + rng.normal(size=(FRAMES, 1, 1, 1)) * x[:, None]
+    )
+    real = np.rint((recording.real * gain * tilt * 0.7).clip(0, 1) * 255) / np.float32(255)
+    return replace(recording, real=real.astype(np.float32))
+
+
+def test_a_lens_is_found_in_light_of_each_frames_own() -> None:
+    case = opened(photographed())
+    assert case.study.pictures.light.kind == "field" and case.unsteady
+    assert {"exposure", "uneven_illumination", "cast_shadow", "vignetting"} <= case.not_excited.keys()
+    fitted = case.fit(frozenset({"lens_distortion"}), EVERY, None)
+    assert fitted.values["lens_distortion"]["k1"] == pytest.approx(K1, rel=0.05)
+    assert case.excess(fitted, EVERY).mean() < 0.2 * case.excess(case.fit(frozenset(), EVERY, None), EVERY).mean()
+    light = case.light(fitted)
+    assert light is not None and light["spread"] > 0.1
+    # What a replay leaves has the simulator's light.
+    assert case.error(fitted, EVERY).mean() > 50
+
+
+def test_steady_light_is_no_frames_own() -> None:
+    case = opened(recorded(exposure={"stops": 0.4}, vignetting={"strength": 0.3}))
+    assert not case.unsteady and case.light(case.fit(frozenset(), EVERY, None)) is None
+
+
+def test_a_frames_light_is_told_from_its_surfaces() -> None:
+    mean = torch.from_numpy(recorded().sim).permute(0, 3, 1, 2) * 0.8
+    x = torch.linspace(-1, 1, SIZE)
+    real = mean * (1.1 + 0.2 * x + 0.1 * x[:, None]) + 0.03
+    lit = Light("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2))
+    assert (lit.mean - real.clamp(0, 1)).abs().max() < 0.02
+    assert stops(Light("exposure").on(mean, mean * 1.1, torch.ones_like(mean)), "linear") == pytest.approx(
+        np.log2(1.1), abs=0.01
+    )
+
+
+def test_what_is_wrong_nearly_everywhere_is_no_outlier() -> None:
+    case = opened(recorded(exposure={"stops": 1.0}))
+    fitted = case.fit(frozenset({"outliers"}), EVERY, None)
+    assert fitted.extra["outliers"].coefficients[0] <= FEW
+    assert case.excess(fitted, EVERY).mean() > 0.5 * case.excess(case.fit(frozenset(), EVERY, None), EVERY).mean()
