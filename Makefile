@@ -31,7 +31,7 @@ dynamics: setup ## identification, actuator network, randomized control, small: 
 	$(BIN)/vision-s2r control adr control=small
 
 test: setup ## the tests, without the long ones
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m "not slow" --numprocesses 2 --dist loadfile --no-loadscope-reorder
 
 test-all: setup ## every test
 	$(BIN)/python -m pytest
