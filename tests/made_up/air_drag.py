@@ -3,7 +3,8 @@
 import numpy as np
 
 from vision_s2r.effects import Parameter
-from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, linear
+from vision_s2r.fit.coordinates import ParameterRange, linear
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 from vision_s2r.patch.effect import JOINT_PATCHES, JointPatch

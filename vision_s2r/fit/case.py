@@ -168,3 +168,19 @@ class Case(Protocol):
         `not_excited` effects.
         """
         ...
+
+
+class Fit(Protocol):
+    """What fitting needs of an effect, as far as it is the same for all kinds."""
+
+    @property
+    def confusable(self) -> Names:
+        """Effects that may pass for this one; one side of a pair is enough."""
+        ...
+
+
+def confusable(name: str, fits: Iterable[tuple[str, Fit]]) -> Names:
+    """Effects that may pass for this one, by either side's record; none for what is no effect."""
+    records = dict(fits)
+    own = records[name].confusable if name in records else frozenset()
+    return own | {other for other, fit in records.items() if name in fit.confusable}

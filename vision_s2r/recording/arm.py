@@ -9,7 +9,7 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from vision_s2r.arm.model import ArmModel, ModelJoint
-from vision_s2r.errors import UserError, check_keys, nearest
+from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header, joint, table
 from vision_s2r.recording.data import ArmRecording, JointRecording
 from vision_s2r.recording.table import LARGEST_VALUE
@@ -128,17 +128,11 @@ def _columns(folder: Path, joints: list[str]) -> tuple[dict[str, np.ndarray], np
 
 def _check_names(joints: list[str], names: list[str], path: Path) -> None:
     """UserError unless these are columns of an arm with these joints, and none is missing."""
-    known = ["episode", "t", *(f"{key}.{name}" for name in joints for key in QUANTITIES)]
-    for name in names:
-        if name not in known:
-            shown = "".join(letter for letter in name if letter.isprintable())[:40]
-            raise UserError(f"{path}: unknown column '{shown}', {nearest(name[:40], known)}")
-        if names.count(name) > 1:
-            raise UserError(f"{path}: two columns are called '{name}'")
-    missing = ["episode", "t", *(f"{key}.{name}" for name in joints for key in QUANTITIES[:2])]
-    missing = [name for name in missing if name not in names]
-    if missing:
-        raise UserError(f"{path}: missing column {', '.join(missing)}")
+    known, needed = (
+        ["episode", "t", *(f"{key}.{name}" for name in joints for key in quantities)]
+        for quantities in (QUANTITIES, QUANTITIES[:2])
+    )
+    table.check_names(names, known, needed, path)
 
 
 def _check_units(

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.contact.shape import Shape, box, cylinder, mesh, sphere
-from vision_s2r.errors import UserError, check_keys, nearest
+from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header, table, tosses
 from vision_s2r.recording.data import ContactRecording
 
@@ -76,16 +76,8 @@ def _shape(kind: str, given: Mapping[str, Any], where: str, folder: Path) -> Sha
 
 
 def _check_names(names: list[str], path: Path) -> None:
-    for name in names:
-        if name not in COLUMNS:
-            shown = "".join(letter for letter in name if letter.isprintable())[:40]
-            raise UserError(f"{path}: unknown column '{shown}', {nearest(name[:40], COLUMNS)}")
-        if names.count(name) > 1:
-            raise UserError(f"{path}: two columns are called '{name}'")
-    needed = ("episode", "t", *POSE, *(VELOCITIES if set(VELOCITIES) & set(names) else ()))
-    missing = [name for name in needed if name not in names]
-    if missing:
-        raise UserError(f"{path}: missing column {', '.join(missing)}")
+    velocities = VELOCITIES if set(VELOCITIES) & set(names) else ()
+    table.check_names(names, COLUMNS, ("episode", "t", *POSE, *velocities), path)
 
 
 def _check_quaternions(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:

@@ -7,7 +7,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from vision_s2r.errors import UserError, check_keys, nearest
+from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header, motion, plausible, table
 from vision_s2r.recording.data import JointRecording
 from vision_s2r.recording.table import LARGEST_VALUE, RATE_TOLERANCE
@@ -141,18 +141,9 @@ def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Pa
 
 def check_names(names: list[str], path: Path) -> None:
     """UserError unless these are columns of a joint's recording, and none is missing."""
-    for name in names:
-        if name not in COLUMNS:
-            shown = "".join(letter for letter in name if letter.isprintable())[:40]
-            hint = f"did you mean '{MEANT[name]}'?" if name in MEANT else nearest(name[:40], COLUMNS)
-            raise UserError(f"{path}: unknown column '{shown}', {hint}")
-        if names.count(name) > 1:
-            raise UserError(f"{path}: two columns are called '{name}'")
-    missing = [name for name in ("episode", "t", "position") if name not in names]
-    if not any(name in names for name in COMMANDS):
-        missing.append("current (or torque, force or target)")
-    if missing:
-        raise UserError(f"{path}: missing column {', '.join(missing)}")
+    commanded = any(name in names for name in COMMANDS)
+    needed = ("episode", "t", "position", *(() if commanded else ("current (or torque, force or target)",)))
+    table.check_names(names, COLUMNS, needed, path, MEANT)
 
 
 def _command(columns: Mapping[str, np.ndarray], units: str, path: Path) -> str:

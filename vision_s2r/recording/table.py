@@ -1,12 +1,13 @@
 """Tables of a recording: comma-separated rows, each of one sample of one episode."""
 
 import io
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
-from vision_s2r.errors import UserError
+from vision_s2r.errors import UserError, nearest
 
 LARGEST_VALUE = 1e9  # beyond it nothing is a position, speed or current
 RATE_TOLERANCE = 0.01  # of the sample time, for the mean step; steps that keep to it are even
@@ -33,6 +34,29 @@ def columns(path: Path, check_names: Callable[[list[str], Path], None]) -> tuple
     found = dict(zip(names, table.T, strict=True))
     check_values(found, lines, path)
     return found, lines
+
+
+def check_names(
+    names: Sequence[str],
+    known: Collection[str],
+    needed: Iterable[str],
+    path: Path,
+    meant: Mapping[str, str] = MappingProxyType({}),
+) -> None:
+    """UserError unless the names of columns are all `known` and different, and every `needed` one is there.
+
+    `meant`: what people call a column, and its name.
+    """
+    for name in names:
+        if name not in known:
+            shown = "".join(letter for letter in name if letter.isprintable())[:40]
+            hint = f"did you mean '{meant[name]}'?" if name in meant else nearest(name[:40], known)
+            raise UserError(f"{path}: unknown column '{shown}', {hint}")
+        if names.count(name) > 1:
+            raise UserError(f"{path}: two columns are called '{name}'")
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise UserError(f"{path}: missing column {', '.join(missing)}")
 
 
 def check_values(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:

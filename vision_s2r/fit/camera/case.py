@@ -13,7 +13,7 @@ from torch import Tensor
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.coordinates import starts
-from vision_s2r.fit.camera.effect import charted, confusable, of_stage
+from vision_s2r.fit.camera.effect import CAMERA_FITS, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
     Target,
     best_start,
@@ -28,7 +28,7 @@ from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
-from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values
+from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
 
@@ -337,7 +337,7 @@ class CameraCase:
 
     def confusable(self, name: str) -> Names:
         """Effects hard to tell from this one."""
-        return confusable(name)
+        return confusable(name, CAMERA_FITS.items())
 
     # -- what to believe
 

@@ -141,9 +141,3 @@ def of_stage(*stages: Stage) -> frozenset[str]:
 def charted(names: Iterable[str]) -> list[str]:
     """Those of `names`, in their order, that have coordinates."""
     return [name for name in names if CAMERA_FITS[name].chart is not None]
-
-
-def confusable(name: str) -> frozenset[str]:
-    """Effects that are hard to tell from this one when it is weak; none for what is no effect."""
-    own = CAMERA_FITS[name].confusable if name in CAMERA_FITS else frozenset()
-    return own | {other for other, fit in CAMERA_FITS.items() if name in fit.confusable}

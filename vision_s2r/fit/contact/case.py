@@ -8,15 +8,16 @@ import numpy as np
 
 from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.contact import uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
-from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales, confusable
-from vision_s2r.fit.contact.fitter import SCALE, Fitter, names_of
+from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import Gap
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
-from vision_s2r.fit.joint.likelihood import GAUSSIAN, log_density
+from vision_s2r.fit.likelihood import GAUSSIAN, log_density
+from vision_s2r.fit.selection import SCALE
 from vision_s2r.recording import ContactRecording
 
 WINSOR = 16.0  # squared residuals beyond, in units of the noise, count as this: an impact that came out differently
@@ -78,12 +79,14 @@ class ContactCase:
             name: CONTACT_FITS[name].not_excited for name in idle if self._fitter.shows(best, name) < DETECTABLE
         }
 
-    def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> Fitter:
+    def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
         """A fitter whose residuals are in units of what is not known under this hypothesis."""
         predictor = plain(self.track, self._windows)
-        fitter = Fitter(predictor, self._scales, self._terms, GAUSSIAN, temper)
+        fitter = ContactFitter(predictor, self._scales, self._terms, GAUSSIAN, temper)
         space = fitter.space(names_of(hypothesis))
-        return Fitter(predictor.whitened(space, space.start(hypothesis)), self._scales, self._terms, GAUSSIAN, temper)
+        return ContactFitter(
+            predictor.whitened(space, space.start(hypothesis)), self._scales, self._terms, GAUSSIAN, temper
+        )
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""
@@ -143,7 +146,7 @@ class ContactCase:
 
     def confusable(self, name: str) -> Names:
         """Effects that may pass for this one."""
-        return confusable(name) if name in CONTACT_FITS else frozenset()
+        return confusable(name, CONTACT_FITS.items())
 
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect changes less than the simulator's own error does."""

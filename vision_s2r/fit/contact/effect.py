@@ -5,9 +5,7 @@ from dataclasses import dataclass
 
 from vision_s2r.contact import Nominal, Shape
 from vision_s2r.effects import Records
-from vision_s2r.fit.joint.effect import ParameterRange, linear, log
-
-Setting = dict[str, float]  # an effect's parameters by name
+from vision_s2r.fit.coordinates import ParameterRange, Setting
 
 
 @dataclass(frozen=True)
@@ -33,11 +31,3 @@ class ContactFit:
 
 
 CONTACT_FITS: Records[ContactFit] = Records("contact", "fitting")
-
-
-def confusable(name: str) -> frozenset[str]:
-    """Effects that may pass for this one."""
-    return CONTACT_FITS[name].confusable | {other for other, fit in CONTACT_FITS.items() if name in fit.confusable}
-
-
-__all__ = ["CONTACT_FITS", "ContactFit", "ParameterRange", "Scales", "Setting", "confusable", "linear", "log"]

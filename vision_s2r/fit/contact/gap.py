@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.fit.case import Axis, Hypothesis, Samples
-from vision_s2r.fit.contact.fitter import Fitter, names_of
+from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.phases import phases_of
 from vision_s2r.fit.contact.predictor import Predictor, plain
 from vision_s2r.fit.contact.space import Space
@@ -19,7 +19,7 @@ REPLICAS, SEED = 4, 0  # of first states, drawn as uncertain as they are
 class Gap:
     """Squared errors of the position, window by window."""
 
-    def __init__(self, fitter: Fitter, best: Hypothesis) -> None:
+    def __init__(self, fitter: ContactFitter, best: Hypothesis) -> None:
         self._fitter, track = fitter, fitter.predictor.track
         self._long = plain(track, windows_of(track, WINDOW, WINDOW, thin=False))
         self._floor = self._make_floor(best)

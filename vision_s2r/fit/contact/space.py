@@ -1,6 +1,5 @@
 """The coordinates that a fit moves in: every parameter of a set of effects and terms, in the measure that suits it."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,7 +10,8 @@ from vision_s2r.contact import COEFFICIENTS, Terms, column_of, pack
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.contact import effects as _effects  # noqa: F401  (fills CONTACT_FITS)
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
-from vision_s2r.fit.contact.effect import CONTACT_FITS, ParameterRange, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.coordinates import Coordinates, ParameterRange
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,12 +25,8 @@ class Coordinate(ParameterRange):
         """In a machine's row."""
         return column_of(self.effect, self.parameter)
 
-    def coded(self, value: float) -> float:
-        """The coordinate of a value."""
-        return math.log(max(value, 1e-300)) if self.log else value
 
-
-class Space:
+class Space(Coordinates):
     """The coordinates of a set of names on a track."""
 
     def __init__(self, names: frozenset[str], scales: Scales, terms: Mapping[str, Term]) -> None:
@@ -59,12 +55,6 @@ class Space:
         for term in self.parts:
             point += list(hypothesis.extra.get(term.name, np.zeros(term.size)))
         return np.clip(np.array(point), self.low, self.high)
-
-    def differences(self, point: np.ndarray, stride: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """A point [D] and one step along each axis from it [1 + D, D]; the steps [D], back from an upper bound."""
-        step = self.step * stride
-        steps = np.where(point + step > self.high, -step, step)
-        return np.concatenate([point[None], point + np.diag(steps)]), steps
 
     def machines(self, points: np.ndarray) -> np.ndarray:
         """Rows [C, P] of the simulator for points [C, D], the coefficients of terms behind."""

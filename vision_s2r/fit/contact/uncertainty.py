@@ -5,7 +5,7 @@ from scipy.stats import t as student
 
 from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.fit.case import Hypothesis
-from vision_s2r.fit.contact.fitter import Fitter
+from vision_s2r.fit.contact.fitter import ContactFitter
 
 # For tosses of another simulator: what the sandwich of few episodes misses, and what another integrator makes of the
 # same parameter, relative to it.
@@ -13,7 +13,9 @@ WIDER, INTEGRATOR = 1.3, 2e-3
 AT_BOUND = 0.01  # of the range
 
 
-def intervals(fitter: Fitter, hypothesis: Hypothesis, level: float = 0.95) -> dict[str, dict[str, tuple[float, float]]]:
+def intervals(
+    fitter: ContactFitter, hypothesis: Hypothesis, level: float = 0.95
+) -> dict[str, dict[str, tuple[float, float]]]:
     """Interval of every parameter of the hypothesis' effects."""
     space, point, curvature, slope = fitter.derived(hypothesis)
     out: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in space.effects}
@@ -34,7 +36,7 @@ def intervals(fitter: Fitter, hypothesis: Hypothesis, level: float = 0.95) -> di
     return out
 
 
-def at_bound(fitter: Fitter, hypothesis: Hypothesis, name: str) -> bool:
+def at_bound(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a parameter of this name sits at an end of its range at which it vanishes from sight."""
     space, point, *_ = fitter.derived(hypothesis)
     for k, owner in enumerate(space.owner[: len(space.coordinates)]):
@@ -47,7 +49,7 @@ def at_bound(fitter: Fitter, hypothesis: Hypothesis, name: str) -> bool:
     return False
 
 
-def spread(fitter: Fitter, hypothesis: Hypothesis, name: str) -> float:
+def spread(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> float:
     """How much a parameter of this name differs between episodes, relative to what it changes; of its steadiest one."""
     space, point, curvature, slope = fitter.derived(hypothesis)
     own = [k for k, owner in enumerate(space.owner[: len(space.coordinates)]) if owner == name]

@@ -9,20 +9,20 @@ import numpy as np
 from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS
-from vision_s2r.fit.joint.effect import JOINT_FITS, confusable
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
 from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
-from vision_s2r.fit.joint.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.track import Track, fast_noise, led_by, make_track
+from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, SERVO, unit
 from vision_s2r.recording import JointRecording, split
 
@@ -275,7 +275,7 @@ class JointCase:
 
     def confusable(self, name: str) -> Names:
         """Effects that may pass for this one."""
-        return confusable(name)
+        return confusable(name, JOINT_FITS.items())
 
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect changes less than the simulator's own error does."""

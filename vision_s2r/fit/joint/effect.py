@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -10,37 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vision_s2r.effects import Records
+from vision_s2r.fit.coordinates import ParameterRange, Setting
 
 if TYPE_CHECKING:  # the file of an effect holds its physics too, and is read before the simulator is there
     from vision_s2r.fit.joint.track import Track
 
-Setting = dict[str, float]  # an effect's parameters by name
 Row = Mapping[str, float]  # a machine's columns by name
-
-
-@dataclass(frozen=True, kw_only=True)
-class ParameterRange:
-    """A parameter as the fit sees it: its logarithm or itself, its range here, and a step that changes it little."""
-
-    parameter: str
-    low: float
-    high: float
-    step: float
-    log: bool = False
-    prior: float = math.inf  # standard deviation about where it starts; keeps what nothing shows where it was
-    above: str | None = None  # nominal parameter that this one is measured from
-
-
-def log(parameter: str, low: float, high: float, step: float = 0.003, prior: float = math.inf) -> ParameterRange:
-    """The logarithm of a parameter from `low` to `high`; step and prior are relative changes."""
-    return ParameterRange(parameter=parameter, low=math.log(low), high=math.log(high), step=step, log=True, prior=prior)
-
-
-def linear(
-    parameter: str, low: float, high: float, scale: float, prior: float = math.inf, above: str | None = None
-) -> ParameterRange:
-    """A parameter from `low` to `high`, `scale` being a size that would be plainly visible."""
-    return ParameterRange(parameter=parameter, low=low, high=high, step=0.003 * scale, prior=prior, above=above)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,9 +38,3 @@ class JointFit:
 
 
 JOINT_FITS: Records[JointFit] = Records("joint", "fitting")
-
-
-def confusable(name: str) -> frozenset[str]:
-    """Effects that may pass for this one; none for what is no effect."""
-    own = JOINT_FITS[name].confusable if name in JOINT_FITS else frozenset()
-    return own | {other for other, fit in JOINT_FITS.items() if name in fit.confusable}

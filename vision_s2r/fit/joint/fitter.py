@@ -1,25 +1,24 @@
-"""Fits of whole hypotheses: names are added one at a time, each from the best of its starts."""
+"""Fits of a joint's hypotheses: where a name's fit starts, and how far each is followed."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
+from vision_s2r.fit.case import Hypothesis, Names
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES
 from vision_s2r.fit.joint.effect import JOINT_FITS
-from vision_s2r.fit.joint.fitting import Data, Fitted, costs, minimize, trials
-from vision_s2r.fit.joint.likelihood import influence, normal_equations, profile
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import Space
 from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.likelihood import influence, profile
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
+from vision_s2r.fit.selection import SCALE, Fitter
 from vision_s2r.joint import DYNAMICS
 
-SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
 FINE_STRIDES = (3.0, 1.0, 0.3)  # over ripples, near the optimum
 LONG_STRIDE = 10.0
 SOFT = 400.0  # times the floor's variance: blurs ripples
-SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
 FOLLOWED = 2  # starts of an effect that are followed
 SCREENED = 8  # effects whose starts are, of those that are screened at once
 
@@ -32,15 +31,19 @@ class Floor:
     temper: np.ndarray  # [channels] effective samples a sample
 
 
-class JointFitter:
+class JointFitter(Fitter[Space]):
     """Maximum likelihood on some segments of a track."""
 
+    assumed = frozenset({*DYNAMICS, "encoder_quantization"})
+    iterations = 10
+
     def __init__(self, track: Track, observer: Observer, floor: Floor, resolution: float | None) -> None:
+        super().__init__()
+        self.runs, self.count = observer, track.count
         self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
         self._screened: dict[object, tuple[float, Fitted]] = {}
         self._started: dict[object, tuple[float, float, list[np.ndarray]]] = {}
         self._sloped: tuple[object, tuple[np.ndarray, np.ndarray]] = None, (np.empty(0), np.empty(0))
-        self._derived: dict[object, tuple[np.ndarray, np.ndarray]] = {}
 
     def data(self, segments: Iterable[int]) -> Data:
         """The samples of these segments, of the episodes that hold them."""
@@ -51,24 +54,15 @@ class JointFitter:
 
     def space(self, names: Iterable[str]) -> Space:
         """The coordinates of these names."""
-        return Space(frozenset(names), self.track, self.observer.noise)
+        return Space(frozenset(names), self.track, self.observer.noise, self.resolution)
 
-    def fit(self, names: Names, segments: Sequence[int], start: Hypothesis | None) -> Hypothesis:
-        """The likeliest hypothesis of these names; from `start` where it has them, else added to it one by one."""
-        data = self.data(segments)
-        start = start or NOMINAL
-        if names and names == names_of(start) and len(segments) < self.track.count:
-            return self._shifted(start, segments, data)
-        known = names & (names_of(start) | set(DYNAMICS) | {"encoder_quantization"})
-        fitted, missing = start.only(known), set(names - known)
-        if not missing or known != names_of(start):
-            fitted = self._refine(known, data, fitted, 10)
-        while missing:
-            screened = {name: self._screen(fitted, name, data) for name in sorted(missing)}
-            name = max(screened, key=lambda each: screened[each][0])
-            fitted = self._finish(self.space(names_of(fitted) | {name}), data, screened[name][1].point)
-            missing.remove(name)
-        return fitted
+    def names_of(self, hypothesis: Hypothesis) -> Names:
+        """Effects and discrepancies of a hypothesis."""
+        return names_of(hypothesis)
+
+    def labels(self, data: Data) -> np.ndarray:
+        """The segment [E, T] of each sample, or -1."""
+        return self.track.segment
 
     def gains(self, hypothesis: Hypothesis, names: Sequence[str], segments: Sequence[int]) -> dict[str, float]:
         """About how many nats each name would gain; only the starts of those that seem to gain most are followed."""
@@ -79,7 +73,7 @@ class JointFitter:
         first = {name: now - least for name, (now, least, _) in starts.items()}
         ranked = sorted(names, key=lambda name: (name not in DISCREPANCIES, -first[name]))
         followed = {name for k, name in enumerate(ranked) if name in DISCREPANCIES or k < SCREENED}
-        return {name: self._screen(hypothesis, name, data)[0] if name in followed else first[name] for name in names}
+        return {name: self.screen(hypothesis, name, data)[0] if name in followed else first[name] for name in names}
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
         """Residuals [E, T, channels] of the episodes that hold these segments, others zero."""
@@ -105,45 +99,19 @@ class JointFitter:
         rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest)
 
-    def _shifted(self, hypothesis: Hypothesis, segments: Sequence[int], data: Data) -> Hypothesis:
-        """The fit of all segments moved to some of them: one step, with the derivatives that are known already."""
-        space, point, curvature, slope = self._pieces(hypothesis)
-        part = list(segments)
-        bend = curvature[part].sum(axis=0) + np.diag(space.prior**-2.0)
-        tried = np.concatenate([point[None], trials(point, bend, slope[part].sum(axis=0), SHIFTS, space)])
-        values, scales = costs(self.observer, space, data, tried)
-        best = int(np.argmin(values))
-        return space.hypothesis(tried[best], self.resolution, {SCALE: scales[best]})
-
-    def _pieces(self, hypothesis: Hypothesis) -> tuple[Space, np.ndarray, np.ndarray, np.ndarray]:
-        """Space, point, and of each segment curvature [segments, D, D] and slope [segments, D]."""
-        space = self.space(names_of(hypothesis))
-        point = space.start(hypothesis)
-        key = (names_of(hypothesis), point.tobytes())
-        if key not in self._derived:
-            data = self.data(range(self.track.count))
-            points, steps = space.differences(point)
-            residuals = self.observer.residuals(space, points, data.episodes)
-            scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
-            factor = influence(residuals[0], scale) * data.temper
-            self._derived[key] = normal_equations(residuals, steps, factor, self.track.segment, self.track.count)
-        return space, point, *self._derived[key]
-
-    def _refine(self, names: Iterable[str], data: Data, start: Hypothesis, iterations: int) -> Hypothesis:
-        space = self.space(names)
-        return self._finish(space, data, space.start(start), iterations)
-
-    def _finish(self, space: Space, data: Data, point: np.ndarray, iterations: int = 12) -> Hypothesis:
+    def finish(self, space: Space, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
+        """The optimum next to a point."""
+        iterations = iterations or 12
         strides = FINE_STRIDES if any(JOINT_FITS[name].rippled for name in space.effects) else (1.0,)
         fitted = minimize(self.observer, space, data, point, iterations, strides)
         if not set(space.effects) <= set(DYNAMICS):  # valleys with kinks in them: what a long stride finds
             longer = minimize(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,))
             if longer.cost < fitted.cost - 0.1:
                 fitted = minimize(self.observer, space, data, longer.point, iterations, strides)
-        return space.hypothesis(fitted.point, self.resolution, {SCALE: fitted.scale})
+        return space.hypothesis(fitted.point, {SCALE: fitted.scale})
 
-    def _screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
-        """One more name, a few iterations from its best starts: what it gains so far, and where it stands."""
+    def screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
+        """One more name, a few iterations from its best starts: what it gains so far, nats, and where it stands."""
         before = self.space(names_of(hypothesis))
         here = before.start(hypothesis)
         key = _key(names_of(hypothesis), here, name, data)

@@ -1,15 +1,16 @@
 """The coordinates that a fit moves in: parameters of effects and discrepancies, each in the measure that suits it."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.coordinates import Coordinates, ParameterRange
 from vision_s2r.fit.joint import effects as _effects  # noqa: F401  (fills JOINT_FITS)
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, Discrepancy
-from vision_s2r.fit.joint.effect import JOINT_FITS, ParameterRange
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.track import Track
 from vision_s2r.joint import COLUMNS, DYNAMICS, Tables, pack
 
@@ -27,16 +28,12 @@ class Coordinate(ParameterRange):
         """In a machine's row."""
         return INDEX[self.effect if self.effect in DYNAMICS else f"{self.effect}.{self.parameter}"]
 
-    def coded(self, value: float) -> float:
-        """The coordinate of a value."""
-        return math.log(max(value, 1e-300)) if self.log else value
 
-
-class Space:
+class Space(Coordinates):
     """The coordinates of a set of names on a track."""
 
-    def __init__(self, names: frozenset[str], track: Track, noise: float) -> None:
-        self.track = track
+    def __init__(self, names: frozenset[str], track: Track, noise: float, resolution: float | None = None) -> None:
+        self.track, self._resolution = track, resolution
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
         self.coordinates = [
@@ -84,15 +81,6 @@ class Space:
             point += list(hypothesis.extra.get(discrepancy.name, np.zeros(discrepancy.size)))
         return np.clip(np.array(point), self.low, self.high)
 
-    def differences(self, point: np.ndarray, stride: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """A point [D] and one step along each axis from it [1 + D, D]; the steps [D], back from an upper bound.
-
-        Each is `stride` times as long as its coordinate's own.
-        """
-        step = self.step * stride
-        steps = np.where(point + step > self.high, -step, step)
-        return np.concatenate([point[None], point + np.diag(steps)]), steps
-
     def machines(self, points: np.ndarray) -> np.ndarray:
         """Rows [C, P] of the simulator for points [C, D], the heights of tables behind."""
         rows = np.repeat(self.base[None], len(points), axis=0)
@@ -122,14 +110,14 @@ class Space:
             at += each.size
         return points[:, at : at + discrepancy.size]
 
-    def hypothesis(self, point: np.ndarray, resolution: float | None, extra: Mapping[str, object]) -> Hypothesis:
+    def hypothesis(self, point: np.ndarray, extra: Mapping[str, Any]) -> Hypothesis:
         """The hypothesis at a point."""
         row = self.machines(point[None])[0]
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
             values[c.effect][c.parameter] = float(row[c.column])
-        if resolution is not None and "encoder_quantization" in values:
-            values["encoder_quantization"] = {"resolution": resolution}
+        if self._resolution is not None and "encoder_quantization" in values:
+            values["encoder_quantization"] = {"resolution": self._resolution}
         discrepancies = {discrepancy.name: self.part(point[None], discrepancy)[0] for discrepancy in self.discrepancies}
         return Hypothesis(values, {**discrepancies, **extra})
 

@@ -11,10 +11,11 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from vision_s2r.fit.case import Hypothesis
-from vision_s2r.fit.joint.fitter import SCALE, JointFitter, names_of
-from vision_s2r.fit.joint.likelihood import NU, influence
+from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import INDEX, Space
+from vision_s2r.fit.likelihood import NU, influence
+from vision_s2r.fit.selection import SCALE
 
 BLOCK = 100  # samples
 FINER = 4  # times the integrator's steps, for what its step size does to parameters

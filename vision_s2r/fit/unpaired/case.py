@@ -12,7 +12,7 @@ from vision_s2r.effects import Effect, Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
-from vision_s2r.fit.case import Axis, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.case import Axis, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.intervals import intervals
 from vision_s2r.fit.unpaired.reference import Reference, reference
@@ -174,7 +174,7 @@ class UnpairedCase:
 
     def confusable(self, name: str) -> Names:
         """Effects known to be hard to tell from this one."""
-        return space.confusable(name) & self.library.keys()
+        return confusable(name, space.shown().items()) & self.library.keys()
 
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect, at these parameters, is smaller than this simulator's own tolerance."""

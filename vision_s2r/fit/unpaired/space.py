@@ -28,13 +28,6 @@ def stepped() -> list[str]:
     return sorted((name for name, fit in fits.items() if fit.chart is None), key=lambda name: fits[name].turn)
 
 
-def confusable(name: str) -> frozenset[str]:
-    """Effects that are hard to tell from this one; none for what is no effect, or not shown."""
-    fits = shown()
-    own = fits[name].confusable if name in fits else frozenset()
-    return own | {other for other, fit in fits.items() if name in fit.confusable}
-
-
 def pack(values: Values, names: Sequence[str]) -> np.ndarray:
     """Coordinates [P] of these effects, in the order of `names`."""
     return np.array([x for name in names for x in chart(name).inward(values[name])])

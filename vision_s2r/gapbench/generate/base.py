@@ -71,3 +71,13 @@ class Machine:
 
 class Redraw(Exception):  # noqa: N818  (a signal, no error)
     """What was drawn does not make a machine of its case: draw again."""
+
+
+def drawn(draw: Callable[[], Machine], what: str, draws: int = 200) -> Machine:
+    """What `draw` makes, again while it raises `Redraw`; RuntimeError, naming `what`, after so many draws."""
+    for _ in range(draws):
+        try:
+            return draw()
+        except Redraw:
+            continue
+    raise RuntimeError(f"no {what} in {draws} draws")

@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.gapbench.generate import camera_scenes
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw
+from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw, drawn
 from vision_s2r.gapbench.generate.camera_effects import (
     EFFECTS,
     NOISE,
@@ -92,13 +92,9 @@ class CameraTruth:
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
     """Draw one camera of a case; see `generate.base`."""
-    for _ in range(100):
-        try:
-            setting, truth, answer = _DRAWN[case](index, split, rng)
-            return _recorded(setting, truth, answer, rng)
-        except Redraw:
-            continue
-    raise RuntimeError(f"no camera of case '{case}' number {index} in 100 draws")
+    return drawn(
+        lambda: _recorded(*_DRAWN[case](index, split, rng), rng), f"camera of case '{case}' number {index}", 100
+    )
 
 
 # -- drawing truths, one function a case: (index, split, rng) -> setting, truth, answer --------------------------------

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw
+from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw, drawn
 from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, Body, move
 
 CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
@@ -73,14 +73,13 @@ class Setting:
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
     """Draw one machine of a case; see `generate.base`."""
-    for _ in range(200):
+
+    def draw() -> Machine:
         setting = _setting(rng)
-        try:
-            body, answer = _DRAWN[case](setting, index, split, rng)
-        except Redraw:
-            continue
+        body, answer = _DRAWN[case](setting, index, split, rng)
         return _recorded(setting, body, answer, rng)
-    raise RuntimeError(f"no machine of case '{case}' number {index} in 200 draws")
+
+    return drawn(draw, f"machine of case '{case}' number {index}")
 
 
 def _setting(rng: np.random.Generator) -> Setting:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw
+from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw, drawn
 from vision_s2r.gapbench.generate.drive import DriveModel
 from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation
 from vision_s2r.gapbench.generate.excitation import draw as draw_excitation
@@ -59,14 +59,13 @@ class JointSetting:
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
     """Draw one machine of a case; see `generate.base`."""
-    for _ in range(200):
+
+    def draw() -> Machine:
         setting = _setting(rng)
-        try:
-            truth, answer = _DRAWN[case](setting, index, split, rng)
-        except Redraw:
-            continue
+        truth, answer = _DRAWN[case](setting, index, split, rng)
         return _recorded(setting, truth, answer, rng)
-    raise RuntimeError(f"no machine of case '{case}' number {index} in 200 draws")
+
+    return drawn(draw, f"machine of case '{case}' number {index}")
 
 
 def _setting(rng: np.random.Generator) -> JointSetting:

@@ -2,7 +2,8 @@
 
 import math
 
-from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, ParameterRange, Scales, Setting, log
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, Scales
+from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 
 STIFFNESSES, RATIOS = (0.45, 0.6, 0.75, 0.88), (0.1, 0.4)  # starts: between soft and hard, and of critical damping
 PLAUSIBLE = 0.65

@@ -1,6 +1,7 @@
 """How friction against rolling is fitted."""
 
-from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, linear
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit
+from vision_s2r.fit.coordinates import linear
 
 CONTACT_FITS.register(
     "rolling_friction",

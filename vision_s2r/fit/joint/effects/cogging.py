@@ -5,7 +5,8 @@ import math
 import numpy as np
 from scipy.signal import cont2discrete, lfilter, ss2tf
 
-from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear, log
+from vision_s2r.fit.coordinates import ParameterRange, Setting, linear, log
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import LEAK, Track
 
 TEETH = 12  # of a turn, or of the travel: a plausible motor

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, log
+from vision_s2r.fit.coordinates import ParameterRange, Setting, log
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import Track
 
 

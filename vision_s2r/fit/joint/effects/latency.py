@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, ParameterRange, Row, Setting, linear
+from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
+from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import Track
 
 LONG, BUS = 0.1, (0.005, 0.015, 0.03, 0.06)  # s

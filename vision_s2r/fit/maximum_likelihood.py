@@ -7,13 +7,13 @@ reweighted least squares.)
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
+from vision_s2r.fit.coordinates import Coordinates
 from vision_s2r.fit.gauss_newton import Damping, damped_step, descend
-from vision_s2r.fit.joint.likelihood import influence, normal_equations, profile
-from vision_s2r.fit.joint.observer import Observer
-from vision_s2r.fit.joint.space import Space
+from vision_s2r.fit.likelihood import influence, normal_equations, profile
 
 # Machines are simulated in batches, so that several steps are tried at once; less than 0.02 nats is no gain.
 RULE = Damping(first=1e-3, tried=(0.03, 1.0, 100.0, 1e4), bounds=(1e-9, 1e4), gain=0.02)
@@ -38,7 +38,24 @@ class Fitted:
     scale: np.ndarray  # [channels] squared
 
 
-def costs(observer: Observer, space: Space, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+S = TypeVar("S", bound=Coordinates)
+C = TypeVar("C", bound=Coordinates, contravariant=True)
+
+
+class Residuals(Protocol[C]):
+    """What points of a space leave unexplained."""
+
+    @property
+    def channels(self) -> int:
+        """Of the residuals."""
+        ...
+
+    def residuals(self, space: C, points: np.ndarray, episodes: Sequence[int], /) -> np.ndarray:
+        """Measured less predicted [C, E, T, channels] of points [C, D]."""
+        ...
+
+
+def costs(observer: Residuals[S], space: S, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Negative log-likelihood [C] (nats) of points [C, D], and scales² [C, channels]."""
     return _costs(observer.residuals(space, points, data.episodes), data)
 
@@ -49,7 +66,7 @@ def _costs(residuals: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
 
 
 def minimize(
-    observer: Observer, space: Space, data: Data, start: np.ndarray, iterations: int, strides: Sequence[float] = (1.0,)
+    observer: Residuals[S], space: S, data: Data, start: np.ndarray, iterations: int, strides: Sequence[float] = (1.0,)
 ) -> Fitted:
     """From one start to the nearest optimum, or as far as `iterations`, 1 or more, go with each stride.
 
@@ -74,11 +91,11 @@ class _State:
 
 
 @dataclass(frozen=True)
-class _Descent:
+class _Descent(Generic[S]):
     """From one start, the differences being `stride` times as long as a coordinate's own."""
 
-    observer: Observer
-    space: Space
+    observer: Residuals[S]
+    space: S
     data: Data
     centre: np.ndarray  # of the prior
     stride: float
@@ -104,7 +121,7 @@ class _Descent:
 
 
 def _descend(
-    observer: Observer, space: Space, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
+    observer: Residuals[S], space: S, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
     descent = _Descent(observer, space, data, centre, stride)
     found = descend(descent, descent.at(point[None])[0], iterations, RULE)
@@ -112,7 +129,7 @@ def _descend(
 
 
 def _held_at_bounds(
-    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, space: Space
+    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, space: Coordinates
 ) -> tuple[np.ndarray, np.ndarray]:
     """The equations without the coordinates that are pushed against a bound: they stay there."""
     stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0))
@@ -120,7 +137,7 @@ def _held_at_bounds(
     return curvature * np.outer(free, free), slope * free
 
 
-def _prior(point: np.ndarray, centre: np.ndarray, space: Space) -> float:
+def _prior(point: np.ndarray, centre: np.ndarray, space: Coordinates) -> float:
     return 0.5 * float((((point - centre) / space.prior) ** 2).sum())
 
 
@@ -133,7 +150,7 @@ def _normal(residuals: np.ndarray, steps: np.ndarray, scale: np.ndarray, data: D
 
 
 def trials(
-    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, dampings: np.ndarray, space: Space
+    point: np.ndarray, curvature: np.ndarray, slope: np.ndarray, dampings: np.ndarray, space: Coordinates
 ) -> np.ndarray:
     """Where each damping leads; coordinates that are pushed against a bound stay there."""
     held = _held_at_bounds(point, curvature, slope, space)

@@ -1,0 +1,71 @@
+"""The coordinates that a fit of a simulator moves in: parameters, each in the measure that suits it."""
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.fit.case import Hypothesis
+
+Setting = dict[str, float]  # an effect's parameters by name
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterRange:
+    """A parameter as the fit sees it: its logarithm or itself, its range here, and a step that changes it little."""
+
+    parameter: str
+    low: float
+    high: float
+    step: float
+    log: bool = False
+    prior: float = math.inf  # standard deviation about where it starts; keeps what nothing shows where it was
+    above: str | None = None  # nominal parameter that this one is measured from
+
+    def coded(self, value: float) -> float:
+        """The coordinate of a value."""
+        return math.log(max(value, 1e-300)) if self.log else value
+
+
+def log(parameter: str, low: float, high: float, step: float = 0.003, prior: float = math.inf) -> ParameterRange:
+    """The logarithm of a parameter from `low` to `high`; step and prior are relative changes."""
+    return ParameterRange(parameter=parameter, low=math.log(low), high=math.log(high), step=step, log=True, prior=prior)
+
+
+def linear(
+    parameter: str, low: float, high: float, scale: float, prior: float = math.inf, above: str | None = None
+) -> ParameterRange:
+    """A parameter from `low` to `high`, `scale` being a size that would be plainly visible."""
+    return ParameterRange(parameter=parameter, low=low, high=high, step=0.003 * scale, prior=prior, above=above)
+
+
+class Coordinates(ABC):
+    """The coordinates of a set of names: D numbers, in bounds, with a step of differences and a prior each."""
+
+    effects: list[str]
+    owner: list[str]  # name that each coordinate belongs to
+    size: int
+    low: np.ndarray
+    high: np.ndarray
+    step: np.ndarray
+    prior: np.ndarray  # standard deviation
+
+    @abstractmethod
+    def start(self, hypothesis: Hypothesis) -> np.ndarray:
+        """The point [D] at this hypothesis; what is nominal unless named is nominal. KeyError for what it lacks."""
+
+    @abstractmethod
+    def hypothesis(self, point: np.ndarray, extra: Mapping[str, Any]) -> Hypothesis:
+        """The hypothesis at a point [D], and what else it is to hold."""
+
+    def differences(self, point: np.ndarray, stride: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """A point [D] and one step along each axis from it [1 + D, D]; the steps [D], back from an upper bound.
+
+        Each is `stride` times as long as its coordinate's own.
+        """
+        step = self.step * stride
+        steps = np.where(point + step > self.high, -step, step)
+        return np.concatenate([point[None], point + np.diag(steps)]), steps
