@@ -22,10 +22,13 @@ from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
-from vision_s2r.imports.drives import DRIVES
+from vision_s2r.imports.drives import known_drive
 from vision_s2r.imports.table import ImportOptions, Table
 from vision_s2r.recording.header import FORMAT
 
+# What a recording of an arm calls what one of a joint has under control, and under nominal.
+LAW = {"proportional_gain": "proportional", "derivative_gain": "derivative", "torque_limit": "limit"}
+BELIEFS = {"armature": "inertia", "viscous_damping": "viscous_damping", "coulomb_friction": "coulomb_friction"}
 ROWS = 300  # that are looked at
 SLOW = 0.6  # of the speeds, those that count
 SMOOTH = 11  # rows that speeds are read off
@@ -107,10 +110,15 @@ def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> li
     model = ArmModel(Path(options.model))
     if lacking := [table.name for table in tables if not {"target", "position"} <= table.columns.keys()]:
         raise UserError(f"{lacking[0]}: no target in the log, expected position servos for an arm")
+    if all(table.of_model for table in tables) and not options.joints:
+        tables = [table for table in tables if table.name in model.joints]
+        if not tables:
+            raise UserError(f"{model.path}: has none of the log's joints, expected some of {', '.join(model.joints)}")
     motions: dict[str, list[Table]] = {}
     for table in tables:
         motions.setdefault(table.name.rpartition("/")[0], []).append(table)
-    placed = place([_joined(parts) for parts in zip(*motions.values(), strict=True)], model, options.joints)
+    joined = [_joined(parts) for parts in zip(*motions.values(), strict=True)]
+    placed = _as_named(joined) if joined[0].of_model else place(joined, model, options.joints)
     found = []
     for name, parts in motions.items():
         folder = out / name if len(motions) > 1 else out
@@ -120,12 +128,19 @@ def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> li
     return found
 
 
+def _as_named(tables: Sequence[Table]) -> Placed:
+    """Joints that are the model's own."""
+    names = [table.name for table in tables]
+    why = dict.fromkeys(names, "the model's own, by its name")
+    return Placed(dict(zip(names, names, strict=True)), dict.fromkeys(names, 1), dict.fromkeys(names, 0.0), 1.0, why)
+
+
 def _joined(tables: Sequence[Table]) -> Table:
     """One joint's motions, one after the other."""
     keys = ("t", "target", "position")
     columns = {key: np.concatenate([table.columns[key] for table in tables]) for key in keys}
     steps = np.concatenate([np.diff(table.columns["t"], prepend=-1.0) for table in tables])
-    return Table(tables[0].name, {**columns, "t": np.cumsum(steps)}, tables[0].drive)
+    return Table(tables[0].name, {**columns, "t": np.cumsum(steps)}, tables[0].drive, of_model=tables[0].of_model)
 
 
 def _write(
@@ -135,20 +150,13 @@ def _write(
     drives = {}
     for table in tables:
         joint = table.name.split("/")[-1]
-        drive = options.drive or table.drive
-        if drive not in DRIVES:
-            raise UserError(f"{table.name}: the drive is not known, expected drive={'|'.join(DRIVES)}")
-        nominal = {**DRIVES[drive].nominal, **options.nominal}
-        law = {**DRIVES[drive].control, **options.control}
+        known = known_drive(options.drive or table.drive)
+        nominal, law = {**known.nominal, **options.nominal}, {**known.control, **options.control}
+        given = {key: law.get(theirs) for key, theirs in LAW.items()}
+        given |= {key: nominal.get(theirs) for key, theirs in BELIEFS.items()}
         name = placed.names[joint]
-        drives[name] = {
-            "command": "position",
-            "proportional_gain": law["proportional"],
-            "torque_limit": law["limit"],
-            "armature": nominal["inertia"],
-            "viscous_damping": nominal["viscous_damping"],
-            "coulomb_friction": nominal["coulomb_friction"],
-        }
+        # What is not given, the model's actuators and joints say.
+        drives[name] = {"command": "position", **{key: value for key, value in given.items() if value is not None}}
         for key, ours in (("target", "command"), ("position", "position")):
             columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
     step = float(np.median(np.diff(columns["t"])))

@@ -18,7 +18,7 @@ PICTURES = ("chessboard", "images")  # sources that become a camera's recording
 class ImportConfig(ImportOptions):
     """Everything that `vision-s2r import` reads."""
 
-    source: str = option("csv", "Whose log it is.", choices=("sage", "bam", "lerobot", "csv", *PICTURES))
+    source: str = option("csv", "Whose log it is.", choices=("sage", "bam", "lerobot", "bag", "csv", *PICTURES))
     path: str = option("", "The file or folder.")
     real: str = option("", "images: the folder of photographs …")
     sim: str = option("", "… and that of renders.")

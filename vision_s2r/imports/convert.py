@@ -11,8 +11,8 @@ import yaml
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
-from vision_s2r.imports import bam, lerobot, sage, tabular
-from vision_s2r.imports.drives import DRIVES
+from vision_s2r.imports import bag, bam, lerobot, sage, tabular
+from vision_s2r.imports.drives import DRIVES, known_drive
 from vision_s2r.imports.picture import picture
 from vision_s2r.imports.table import ImportOptions, Table
 from vision_s2r.recording import JointRecording, read
@@ -23,6 +23,7 @@ SOURCES: dict[str, Callable[[Path, ImportOptions], list[Table]]] = {
     "sage": sage.load,
     "bam": bam.load,
     "lerobot": lerobot.load,
+    "bag": bag.load,
     "csv": tabular.load,
 }
 
@@ -44,6 +45,7 @@ class Imported:
             f"(steps {1e3 * s['steps'][0]:.3g} to {1e3 * s['steps'][1]:.3g} ms)",
             f"  read: {', '.join(s['columns'])}; believed: {s['believed']}",
         ]
+        lines += [f"  note: {note}" for note in s["notes"]]
         lines += [f"  left out: {name}, {why}" for name, why in s["left_out"].items()]
         lines += [f"  missing: {', '.join(s['missing'])}"] if s["missing"] else []
         return "\n".join(lines)
@@ -95,23 +97,20 @@ def _write(table: Table, folder: Path, options: ImportOptions) -> Imported:
 
 def _header(table: Table, options: ImportOptions) -> tuple[dict[str, Any], str]:
     """recording.yaml, and where its beliefs come from."""
-    drive = options.drive or table.drive
-    if drive and drive not in DRIVES:
-        raise UserError(f"no drive is called '{drive}': {nearest(drive, DRIVES)}")
-    known = DRIVES[drive] if drive else None
-    nominal: dict[str, float] = {**(known.nominal if known else {}), **table.nominal, **options.nominal}
+    known = known_drive(options.drive or table.drive)
+    nominal: dict[str, float] = {**known.nominal, **table.nominal, **options.nominal}
     head: dict[str, Any] = {"format": FORMAT, "kind": "joint", "units": options.units}
     same = np.diff(table.columns["episode"]) == 0
     head["sample_time"] = float(f"{np.median(np.diff(table.columns['t'])[same]):.9g}")
     head["nominal"] = nominal
     if "target" in table.columns:
-        head["control"] = {**(known.control if known else {}), **table.control, **options.control}
+        head["control"] = {**known.control, **table.control, **options.control}
     least = ["inertia", "viscous_damping", "coulomb_friction"] + ["torque_constant"] * ("current" in table.columns)
     lacking = [f"nominal.{name}" for name in least if name not in nominal]
     lacking += ["control.proportional"] if "control" in head and "proportional" not in head["control"] else []
     if lacking:
         raise UserError(f"{table.name}: {', '.join(lacking)} is not known, expected them, or drive={'|'.join(DRIVES)}")
-    return head, known.source if known else "what was given"
+    return head, known.source
 
 
 def _summary(table: Table, recording: JointRecording, believed: str, dropped: int) -> dict[str, Any]:
@@ -128,6 +127,7 @@ def _summary(table: Table, recording: JointRecording, believed: str, dropped: in
         "columns": [name for name in COLUMNS if name in table.columns and name not in left_out],
         "left_out": dict(left_out),
         "missing": list(table.missing),
+        "notes": list(table.notes),
         "believed": believed,
         "nominal": recording.nominal,
     }

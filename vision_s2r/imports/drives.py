@@ -1,15 +1,17 @@
 """What simulators believe of drives that are sold: a start for a diagnosis, no measurement."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from vision_s2r.errors import UserError, nearest
 
 
 @dataclass(frozen=True)
 class KnownDrive:
     """Nominal values and the law of a position servo, as recording.yaml has them."""
 
-    nominal: dict[str, float]
-    control: dict[str, float]
-    source: str
+    nominal: dict[str, float] = field(default_factory=dict)
+    control: dict[str, float] = field(default_factory=dict)
+    source: str = "what was given"
 
 
 DRIVES = {
@@ -25,3 +27,10 @@ DRIVES = {
         source="its data sheet (4.9 N·m, 75 rpm at 12 V), the gain scaled from the sts3215's",
     ),
 }
+
+
+def known_drive(name: str) -> KnownDrive:
+    """The drive of this name; nothing is known of one without a name. Raises UserError for one that is not here."""
+    if name and name not in DRIVES:
+        raise UserError(f"no drive is called '{name}': {nearest(name, DRIVES)}")
+    return DRIVES[name] if name else KnownDrive()

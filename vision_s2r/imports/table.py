@@ -18,6 +18,10 @@ class ImportOptions:
     units: str = option("rotary", "Of the joint.", choices=("rotary", "linear"))
     model: str = option("", "An arm's MJCF or URDF: the joints of the log then become one recording of an arm.")
     joints: dict[str, str] = option({}, "Which joint of the model each of the log is; in their order if empty.")
+    topics: dict[str, str] = option(
+        {},
+        "bag: topics of the measured state and of the command, where it is not plain: +topics={command: /goals}.",
+    )
     columns: dict[str, str] = option({}, "csv: what our columns are called there: +columns={t: time, position: angle}.")
     scale: dict[str, float] = option({}, "Factors to SI units, by our columns: +scale={position: 0.01745}.")
 
@@ -32,4 +36,6 @@ class Table:
     nominal: dict[str, float] = field(default_factory=dict)  # what the log says of the joint itself
     control: dict[str, float] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)  # columns of the log that are not used, and why
+    notes: tuple[str, ...] = ()  # what else to know of it
+    of_model: bool = False  # by convention, name, sign and zero are those of the robot's model
     missing: tuple[str, ...] = ()  # what would help, and is not in the log

@@ -1,4 +1,4 @@
-"""Any table in a CSV file, its columns named by the user."""
+"""Any table in a CSV or parquet file, its columns named by the user."""
 
 from pathlib import Path
 
@@ -13,7 +13,10 @@ from vision_s2r.recording.joint import COLUMNS
 def load(path: Path, options: ImportOptions) -> list[Table]:
     """The one joint of a file. Raises UserError for columns that are not there, or are no numbers."""
     try:
-        table = pandas.read_csv(path, skipinitialspace=True)
+        parquet = path.suffix == ".parquet"
+        table = pandas.read_parquet(path) if parquet else pandas.read_csv(path, skipinitialspace=True)
+    except ImportError as error:
+        raise UserError("parquet files need pyarrow: pip install pyarrow") from error
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror})") from error
     except ValueError as error:
