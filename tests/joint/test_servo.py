@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint import Nominal, pack, simulate
-from vision_s2r.joint.effects import velocity_limit
+from vision_s2r.joint.effects import acceleration_limit, velocity_limit
 
 SERVO = Nominal(
     torque_constant=0.9,
@@ -28,7 +28,7 @@ FINE = 1e-5  # s, of the reference
 
 @numba.njit
 def profile(place, rate, target, fastest, steepest, time):  # compiled code is called by compiled code
-    return velocity_limit.profile(place, rate, target, fastest, steepest, time)
+    return acceleration_limit.along(velocity_limit.profile(place, rate, target, fastest, steepest), time)
 
 
 def uneven(rate, seconds, seed=0):
@@ -206,7 +206,7 @@ def test_a_profile_is_exact_whatever_its_steps():
     assert profile(0.3, 1.0, 0.2, 1.0, 4.0, 60.0) == pytest.approx((0.2, 0.0))
     rng = np.random.default_rng(0)
     for _ in range(40):
-        start, speed, goal = rng.uniform(-1, 1, 3)
+        start, speed, goal = rng.uniform(-1, 1, 3) * (1, 0.8, 1)
         at = start, speed
         for _ in range(37):
             at = profile(*at, goal, 0.8, 3.0, 0.02)

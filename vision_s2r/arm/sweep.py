@@ -14,11 +14,13 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.joint.clock import inputs_of, read_rows
+from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import glides, needs_velocity
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, Machine, of_inertia
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.simulation import digest
 from vision_s2r.joint.two_masses import (
     RESPONSES,
@@ -35,6 +37,14 @@ AGREED = 1e-8  # rad/s (m/s) of the velocities after a step
 EASE = 0.5  # of the way to its new acceleration that a joint of two masses goes in a sweep
 
 _WIDTH = len(COLUMNS)
+
+
+@compiled
+def _log(command: np.ndarray, first: np.ndarray, step: float, times: np.ndarray) -> JointLog:
+    """A joint's commands; nothing is observed, and all else is the arm's."""
+    none, ends = pointer(times), (first[0], first[1])
+    inputs = (pointer(times), (False, False, False), none, none, none)
+    return JointLog(len(command), pointer(command), ends, none, 0.0, step, 1, *inputs)
 
 
 def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]:
@@ -81,7 +91,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         given = np.empty((joints, 5))
         for j in range(joints):
             machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
-            log = JointLog(command[j], first[j], np.empty((0, 2)), 0.0, step, 1, times, none, none, none)
+            log = _log(command[j], first[j], step, times)
             cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1])
             acting, cursor = inputs_of(machine, log, cursor, time, step)
             rows[j, 0], rows[j, 1], points[j, 0], points[j, 1] = cursor
@@ -125,9 +135,9 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
                 break
         following = row
         for j in range(joints):
-            log = JointLog(command[j], first[j], np.empty((0, 2)), 0.0, step, 1, times, none, none, none)
+            log = _log(command[j], first[j], step, times)
             ends = (before[j, 0], before[j, 1]), (after[j, 0], after[j, 1])
-            following, _ = read_rows(log, row, time, step, ends[0], ends[1], out[j])
+            following, _ = read_rows(log, row, time, step, ends[0], ends[1], pointer(out[j]))
         return following
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)

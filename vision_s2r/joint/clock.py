@@ -11,10 +11,12 @@ import numpy as np
 
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import Given, glides, needs_velocity
+from vision_s2r.joint.effects.acceleration_limit import along
 from vision_s2r.joint.effects.velocity_limit import profile
 from vision_s2r.joint.log import JointLog, correction
 from vision_s2r.joint.machine import Machine, of_inertia
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.pointer import Pointer
 from vision_s2r.joint.two_masses import (
     RESPONSES,
     sprung,
@@ -32,16 +34,16 @@ Cursor = tuple[int, int, float, float]
 
 
 @compiled
-def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
+def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer) -> None:
     """An episode of a joint without play or spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
     paths = glides(machine, 0.5 * step, machine.inertia, (step, step))
     fast = not needs_velocity(machine, tables)
     cursor: Cursor = (-1, 0, log.first[0], 0.0)
-    row, shift = read_rows(log, 0, -step, step, (state[0], state[1]), (state[0], state[1]), out)
+    row, shift = read_rows(log, 0, -step, step, log.first, log.first, out)
     count, own = 0, machine.inertia
-    while row < len(out):
+    while row < log.samples:
         state = (state[0] + shift[0], state[1] + shift[1], state[2], state[3])
         before, time = (state[0], state[1]), count * step
         given, cursor = inputs_of(machine, log, cursor, time, step)
@@ -57,9 +59,7 @@ def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, 
 
 
 @compiled
-def clocked_two_masses(
-    machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray
-) -> None:
+def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer) -> None:
     """An episode of a joint with play or a spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     responses = np.empty(RESPONSES)
@@ -69,10 +69,9 @@ def clocked_two_masses(
     paths = two_masses_paths(machine, 0.5 * step, (step, step))
     fast = not needs_velocity(machine, tables)
     cursor: Cursor = (-1, 0, log.first[0], 0.0)
-    first = (log.first[0], log.first[1])
-    row, shift = read_rows(log, 0, -step, step, first, first, out)
+    row, shift = read_rows(log, 0, -step, step, log.first, log.first, out)
     count, own = 0, machine.inertia
-    while row < len(out):
+    while row < log.samples:
         (v_motor, v_load, twist, position, side), weight, other = masses
         position, v_load, v_motor = position + shift[0], v_load + shift[1], v_motor + shift[1]
         masses = ((v_motor, v_load, twist, position, side), weight, other)
@@ -101,50 +100,56 @@ def inputs_of(machine: Machine, log: JointLog, cursor: Cursor, start: float, ste
     late = start - machine.latency_delay
     # Before the first command a servo stays where it is, and a motor is given nothing.
     first = log.first[0] if servo else 0.0
-    command, later, share, row = _held(log.command, log.times, row, first, late, step)
+    command, later, share, row = _held(log, log.command, row, first, late, step)
     if servo and (machine.velocity_limit_value < math.inf or machine.acceleration_limit_value < math.inf):
-        change = (1 - share) * step
-        half = _set_point(machine, place, rate, command, later, change, 0.5 * step)[0]
-        place, rate = _set_point(machine, place, rate, command, later, change, step)
+        half, place, rate = _set_point(machine, place, rate, command, later, (1 - share) * step, step)
         command, later, share = half, half, 0.0
     scale, external, now = 1.0, 0.0, other
-    if len(log.scale) > 0:
-        one, two, part, now = _held(log.scale, log.times, other, log.scale[0], start, step)
+    scaled, pulled, loaded = log.given
+    if scaled:
+        one, two, part, now = _held(log, log.scale, other, log.scale[0], start, step)
         scale = one + part * (two - one)
-    if len(log.external) > 0:
-        one, two, part, now = _held(log.external, log.times, other, log.external[0], start, step)
+    if pulled:
+        one, two, part, now = _held(log, log.external, other, log.external[0], start, step)
         external = one + part * (two - one)
-    if len(log.load_inertia) > 0:
-        now = _held(log.load_inertia, log.times, other, log.load_inertia[0], start, step)[3]
+    if loaded:
+        now = _held(log, log.load_inertia, other, log.load_inertia[0], start, step)[3]
     return (command, later, share, scale, external), (row, now, place, rate)
 
 
 @compiled
 def _load_inertia(log: JointLog, cursor: Cursor) -> float:
     """The inertia beside the machine's own, in the step that ends at the cursor."""
-    return log.load_inertia[cursor[1]] if len(log.load_inertia) > 0 else 0.0
+    return log.load_inertia[cursor[1]] if log.given[2] else 0.0
 
 
 @compiled
 def _set_point(
-    machine: Machine, place: float, rate: float, target: float, later: float, change: float, time: float
-) -> tuple[float, float]:
-    """A servo's set point and its rate after `time`, under a target that changes to a later one."""
+    machine: Machine, place: float, rate: float, target: float, later: float, change: float, step: float
+) -> tuple[float, float, float]:
+    """A servo's set point in the middle of a step, and at its end with its rate; the target changes to a later one."""
     fastest, steepest = machine.velocity_limit_value, machine.acceleration_limit_value
-    place, rate = profile(place, rate, target, fastest, steepest, min(change, time))
-    return profile(place, rate, later, fastest, steepest, time - change) if time > change else (place, rate)
+    way = profile(place, rate, target, fastest, steepest)
+    half = along(way, 0.5 * step)[0]
+    if change >= step:
+        return half, *along(way, step)
+    place, rate = along(way, change)
+    way = profile(place, rate, later, fastest, steepest)
+    if change < 0.5 * step:
+        half = along(way, 0.5 * step - change)[0]
+    return half, *along(way, step - change)
 
 
 @compiled
 def _held(
-    values: np.ndarray, times: np.ndarray, row: int, before: float, start: float, step: float
+    log: JointLog, values: Pointer, row: int, before: float, start: float, step: float
 ) -> tuple[float, float, float, int]:
     """What is held between samples, in the step from `start` on: its mean up to the last change, what it is then, for
     which share of the step, and the row at the end; `row` is that at the start."""
     end, place, total = start + step, start, 0.0
     value = values[row] if row >= 0 else before
-    while row + 1 < len(times) and times[row + 1] < end - ROUNDING * step:
-        change = max(times[row + 1], place)
+    while row + 1 < log.samples and log.times[row + 1] < end - ROUNDING * step:
+        change = max(log.times[row + 1], place)
         total += (change - place) * value
         place = change
         row += 1
@@ -162,18 +167,19 @@ def read_rows(
     step: float,
     before: tuple[float, float],  # position and velocity at the start of the step
     after: tuple[float, float],  # and at its end
-    out: np.ndarray,
+    out: Pointer,
 ) -> tuple[int, tuple[float, float]]:
     """Write the rows within a step; the row behind them, and what an observer adds to position and velocity."""
     dx, dv = 0.0, 0.0
-    while row < len(out) and log.times[row] <= start + step * (1 + ROUNDING):
+    while row < log.samples and log.times[row] <= start + step * (1 + ROUNDING):
         x = min(max((log.times[row] - start) / step, 0.0), 1.0)
         y = 1 - x
         bend = x * y * step * (y * before[1] - x * after[1])
-        out[row, 0] = y * y * (1 + 2 * x) * before[0] + x * x * (1 + 2 * y) * after[0] + bend
-        out[row, 1] = y * before[1] + x * after[1]
+        position = y * y * (1 + 2 * x) * before[0] + x * x * (1 + 2 * y) * after[0] + bend
+        velocity = y * before[1] + x * after[1]
+        out[2 * row], out[2 * row + 1] = position, velocity
         if log.leak > 0:
-            dx += correction(log.leak, log.observed[row, 0], out[row, 0] + dx)
-            dv += correction(log.leak, log.observed[row, 1], out[row, 1] + dv)
+            dx += correction(log.leak, log.observed[2 * row], position + dx)
+            dv += correction(log.leak, log.observed[2 * row + 1], velocity + dv)
         row += 1
     return row, (dx, dv)

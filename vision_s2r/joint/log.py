@@ -3,24 +3,25 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from vision_s2r.joint.compiled import compiled
+from vision_s2r.joint.pointer import Pointer
 
 
 class JointLog(NamedTuple):
     """The episode that is simulated; compiled code reads it."""
 
-    command: np.ndarray  # [T] held between samples
-    first: np.ndarray  # [2] position and velocity
-    observed: np.ndarray  # [T, 2], or empty where leak is 0
+    samples: int  # T
+    command: Pointer  # [T] held between samples
+    first: tuple[float, float]  # position and velocity
+    observed: Pointer  # [T, 2] where leak is not 0
     leak: float
     sample_time: float
     substeps: int
-    times: np.ndarray  # [T] s from the first sample, or empty: every `sample_time`
-    scale: np.ndarray  # [T] factor of u, held between samples, or empty: 1
-    external: np.ndarray  # [T] torque on the load, held between samples, or empty: none
-    load_inertia: np.ndarray  # [T] added to the machine's, held between samples, or empty: none
+    times: Pointer  # [T] s from the first sample, where they are not every `sample_time`
+    given: tuple[bool, bool, bool]  # whether there are the following
+    scale: Pointer  # [T] factor of u, held between samples
+    external: Pointer  # [T] torque on the load, held between samples
+    load_inertia: Pointer  # [T] added to the machine's, held between samples
 
 
 @compiled
@@ -33,7 +34,7 @@ def segments(fraction: float, sample_time: float, substeps: int) -> tuple[tuple[
 
 
 @compiled
-def sent(command: np.ndarray, sample: int) -> float:
+def sent(command: Pointer, sample: int) -> float:
     """The command of a sample, none before the first."""
     return command[sample] if sample >= 0 else 0.0
 

@@ -41,8 +41,8 @@ def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Joi
         position, velocity, weight, other = state
         out[k, 0], out[k, 1] = position, velocity
         if log.leak > 0:
-            position += correction(log.leak, log.observed[k, 0], position)
-            velocity += correction(log.leak, log.observed[k, 1], velocity)
+            position += correction(log.leak, log.observed[2 * k], position)
+            velocity += correction(log.leak, log.observed[2 * k + 1], velocity)
             state = (position, velocity, weight, other)
         time = k * log.sample_time
         if machine.thermal_drift_rate != 0:

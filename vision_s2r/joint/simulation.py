@@ -21,6 +21,7 @@ from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, Machine, check
 from vision_s2r.joint.one_mass import one_mass
+from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.tables import Tables
 from vision_s2r.joint.two_masses import two_masses
 
@@ -188,18 +189,20 @@ def _compile(sources: str) -> Callable[..., Any]:
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
             clocked = times.shape[1] > 0
             steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
-            inputs = (times[e, : lengths[e] if clocked else 0], scale[e], external[e], load_inertia[e])
-            log = JointLog(command[e], first[e], observed[e], leak, sample_time, steps, *inputs)
+            given = (scale.shape[1] > 0, external.shape[1] > 0, load_inertia.shape[1] > 0)
+            inputs = (pointer(times[e]), given, pointer(scale[e]), pointer(external[e]), pointer(load_inertia[e]))
+            before = (pointer(command[e]), (first[e, 0], first[e, 1]), pointer(observed[e]))
+            log = JointLog(lengths[e], *before, leak, sample_time, steps, *inputs)
             if clocked and one:
-                clocked_one_mass(machine, tables, heights, log, states)
+                clocked_one_mass(machine, tables, heights, log, pointer(states))
             elif clocked:
-                clocked_two_masses(machine, tables, heights, log, states)
+                clocked_two_masses(machine, tables, heights, log, pointer(states))
             elif one:
                 one_mass(machine, tables, heights, log, states)
             else:
                 two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
-                quantize(states, machine.encoder_quantization_resolution, sample_time, log.times)
+                quantize(states, machine.encoder_quantization_resolution, sample_time, times[e])
 
     return kernel
 

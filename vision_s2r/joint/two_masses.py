@@ -49,8 +49,8 @@ def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: J
         (v_motor, v_load, twist, position, side), weight, other = masses
         out[k, 0], out[k, 1] = position, v_load
         if log.leak > 0:
-            position += correction(log.leak, log.observed[k, 0], position)
-            change = correction(log.leak, log.observed[k, 1], v_load)
+            position += correction(log.leak, log.observed[2 * k], position)
+            change = correction(log.leak, log.observed[2 * k + 1], v_load)
             masses = ((v_motor + change, v_load + change, twist, position, side), weight, other)
         time = k * log.sample_time
         if machine.thermal_drift_rate != 0:

@@ -6,7 +6,9 @@ from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
-PHASES = 6  # of one way: braking, speeding up, going on, slowing down, and what rounding leaves
+# Where a set point is, its rate there, its target, its acceleration, and how long it speeds up (or slows down to turn),
+# goes on at one rate, and slows down.
+Way = tuple[float, float, float, float, float, float, float]
 
 
 @JOINT_EFFECTS.register
@@ -23,36 +25,26 @@ class AccelerationLimit(JointEffect):
 
 
 @compiled
-def accelerated(
-    place: float, rate: float, target: float, fastest: float, steepest: float, time: float
-) -> tuple[float, float]:
-    """Set point and its rate after `time`, exactly: phase by phase, each of constant acceleration."""
-    for _ in range(PHASES):
-        if time <= 0:
-            break
-        stopping = target - place - 0.5 * rate * abs(rate) / steepest  # what is left when braking begins now
-        if abs(stopping) <= 1e-12 * (1 + abs(target)):
-            if rate == 0:
-                return target, 0.0
-            span, change = abs(rate) / steepest, -steepest if rate > 0 else steepest
-        else:
-            side = 1.0 if stopping > 0 else -1.0
-            ahead = side * rate  # the rate towards where the set point has to turn to
-            if ahead > fastest:
-                span, change = (ahead - fastest) / steepest, -side * steepest
-            elif ahead == fastest:  # until braking has to begin
-                span, change = side * stopping / fastest, 0.0
-            else:
-                # Speeding up changes what braking leaves: its root is where braking has to begin.
-                way = side * (target - place)
-                peak = math.sqrt(max(steepest * way + 0.5 * ahead * abs(ahead) * (1 if ahead > 0 else -1), 0.0))
-                span, change = (min(peak, fastest) - ahead) / steepest, side * steepest
-                if span <= 0:
-                    span = time
-        span = min(span, time)
-        place += span * (rate + 0.5 * span * change)
-        rate += span * change
-        if abs(rate) > fastest * (1 - 1e-12) and abs(rate) < fastest * (1 + 1e-12):
-            rate = fastest if rate > 0 else -fastest
-        time -= span
-    return place, rate
+def accelerated(place: float, rate: float, target: float, fastest: float, steepest: float) -> Way:
+    """The quickest way to rest at the target within both limits, none of which the rate is beyond: a trapezoid."""
+    stopping = target - place - 0.5 * rate * abs(rate) / steepest  # what is left when braking begins now
+    side = 1.0 if stopping > 0 else -1.0
+    ahead, way = side * rate, side * (target - place)
+    square = steepest * way + 0.5 * ahead * ahead  # of the rate at which braking has to begin
+    peak = min(math.sqrt(max(square, 0.0)), fastest)
+    going = max(square - peak * peak, 0.0) / (steepest * peak) if peak > 0 else 0.0
+    return place, rate, target, side * steepest, max(peak - ahead, 0.0) / steepest, going, peak / steepest
+
+
+@compiled
+def along(way: Way, time: float) -> tuple[float, float]:
+    """Set point and its rate after `time` on its way."""
+    place, rate, target, change, up, going, down = way
+    if time < up:
+        return place + time * (rate + 0.5 * time * change), rate + time * change
+    left = up + going + down - time
+    if left <= 0:
+        return target, 0.0
+    if left < down:
+        return target - 0.5 * change * left * left, change * left
+    return target - change * down * (left - 0.5 * down), change * down

@@ -5,7 +5,7 @@ import math
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
-from vision_s2r.joint.effects.acceleration_limit import accelerated
+from vision_s2r.joint.effects.acceleration_limit import Way, accelerated
 
 
 @JOINT_EFFECTS.register
@@ -19,14 +19,9 @@ class VelocityLimit(JointEffect):
 
 
 @compiled
-def profile(
-    place: float, rate: float, target: float, fastest: float, steepest: float, time: float
-) -> tuple[float, float]:
-    """Set point and its rate after `time` on the quickest way to rest at the target within both limits."""
+def profile(place: float, rate: float, target: float, fastest: float, steepest: float) -> Way:
+    """The quickest way of a set point to rest at the target within both limits."""
     if steepest < math.inf:
-        return accelerated(place, rate, target, fastest, steepest, time)
+        return accelerated(place, rate, target, fastest, steepest)
     way = target - place
-    if abs(way) <= fastest * time:
-        return target, 0.0
-    rate = fastest if way > 0 else -fastest
-    return place + rate * time, rate
+    return place, fastest if way > 0 else -fastest, target, 0.0, abs(way) / fastest, 0.0, 0.0
