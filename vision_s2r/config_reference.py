@@ -22,6 +22,8 @@ from vision_s2r.control.config import ControlConfig
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.replay import ReplayConfig
 from vision_s2r.export.config import ExportConfig
+from vision_s2r.export.lerobot import LeRobotConfig
+from vision_s2r.export.rerun import RerunConfig
 from vision_s2r.files import write
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.hardware.config import HardwareConfig
@@ -41,6 +43,8 @@ CONFIGURATIONS: dict[str, type] = {
     "replay": ReplayConfig,
     "import": ImportConfig,
     "export": ExportConfig,
+    "export_lerobot": LeRobotConfig,
+    "export_rerun": RerunConfig,
     "translate_video": VideoConfig,
     "identify": IdentifyConfig,
     "gapbench": GapbenchConfig,

@@ -6,6 +6,7 @@ import io
 import json
 import math
 import secrets
+import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -78,3 +79,27 @@ def whole(path: Path) -> Iterator[Path]:
     finally:
         with contextlib.suppress(OSError):  # where a folder above it is a file, this too fails
             temporary.unlink()
+
+
+@contextlib.contextmanager
+def whole_folder(out: Path) -> Iterator[Path]:
+    """A folder beside `out` to write into; it becomes `out` unless something is raised.
+
+    Raises UserError where there is something in `out`, or it cannot be written.
+    """
+    try:
+        if out.exists() and any(out.iterdir()):
+            raise UserError(f"{out}: is not empty, expected a new folder")
+        making = out.with_name(f"{out.name}.{secrets.token_hex(4)}.tmp")
+        making.mkdir(parents=True)
+    except OSError as error:
+        raise UserError(f"{out}: cannot be written ({error.strerror})") from error
+    try:
+        yield making
+        if out.exists():
+            out.rmdir()
+        making.rename(out)
+    except OSError as error:
+        raise UserError(f"{out}: cannot be written ({error.strerror or error})") from error
+    finally:
+        shutil.rmtree(making, ignore_errors=True)

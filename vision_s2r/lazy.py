@@ -23,3 +23,15 @@ def callable_package(package: str, place: str) -> None:
             return load(place)(*arguments, **options)
 
     sys.modules[package].__class__ = Callable
+
+
+def import_torchvision() -> ModuleType:
+    """Torchvision, also where its compiled operators do not load: it asks for their schemas nevertheless."""
+    try:
+        return import_module("torchvision")
+    except RuntimeError:
+        import torch
+
+        for name in ("nms", "qnms"):
+            torch.library.define(f"torchvision::{name}", "(Tensor dets, Tensor scores, float iou_threshold) -> Tensor")
+        return import_module("torchvision")

@@ -4,6 +4,7 @@ import os
 import signal
 from dataclasses import replace
 from functools import partial
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,9 @@ from vision_s2r.training import Batch, Draw, Method, Step, TrainingConfig, ViewS
 from vision_s2r.training.checkpoint import load, load_state
 from vision_s2r.training.loop import learning_rate
 
+needs_loggers = pytest.mark.skipif(
+    not all(map(find_spec, ("pytorch_lightning", "wandb", "mlflow"))), reason="the extra `loggers` is not installed"
+)
 CFG = TrainingConfig(
     max_steps=12,
     batch_size=8,
@@ -118,6 +122,35 @@ def test_a_run_learns_and_leaves_everything_a_reader_wants(tmp_path: Path) -> No
     assert best.training["metric"] == "error" and best.training["value"] == result.value
     assert (tmp_path / "pictures" / "noise-0000100.png").stat().st_size > 0
     assert list((tmp_path / "logs").glob("events.*"))
+
+
+@pytest.mark.slow
+@needs_loggers
+def test_curves_go_to_mlflow_by_one_key_and_go_on_in_the_same_run(tmp_path: Path) -> None:
+    mlflow = pytest.importorskip("mlflow")
+    cfg = replace(CFG, logger="mlflow")
+    assert_same(in_two_parts(tmp_path / "run", cfg), run(tmp_path / "other"))
+    client = mlflow.MlflowClient(f"sqlite:///{tmp_path / 'run' / 'logs' / 'mlflow.db'}")
+    (only,) = client.search_runs([each.experiment_id for each in client.search_experiments()])
+    steps = [point.step for point in client.get_metric_history(only.info.run_id, "loss/error")]
+    assert steps == [2, 4, 6, 8, 10, 12] and only.info.status == "FINISHED"
+    assert len(client.list_artifacts(only.info.run_id, "pictures")) == 3
+
+
+@pytest.mark.slow
+@needs_loggers
+def test_curves_go_to_weights_and_biases_offline(tmp_path: Path) -> None:
+    cfg = replace(CFG, logger="wandb")
+    assert_same(in_two_parts(tmp_path, cfg), in_two_parts(tmp_path / "again", cfg))
+    runs = list((tmp_path / "logs" / "wandb").glob("offline-run-*"))
+    names = {path.name for each in runs for path in each.glob("run-*.wandb")}
+    assert len(runs) == 2 and len(names) == 1  # one run in two parts, which `wandb sync` joins
+
+
+def in_two_parts(out: Path, cfg: TrainingConfig) -> dict[str, Tensor]:
+    for part in (0.5, 1.0):
+        train(partial(Regression, cfg), Numbers(20, 0), Numbers(16, 1), cfg, out, 1, part)
+    return weights(out)
 
 
 def test_interrupted_and_resumed_equals_uninterrupted_bit_for_bit(tmp_path: Path) -> None:

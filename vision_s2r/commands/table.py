@@ -317,6 +317,29 @@ _ALL = (
         result="network",
     ),
     Command(
+        "export lerobot",
+        VISUAL,
+        "A recording of a joint or an arm, or renders with their grasps, as a LeRobot data set",
+        "vision_s2r.export.lerobot:export_lerobot",
+        schema="vision_s2r.export.lerobot:LeRobotConfig",
+        config="export_lerobot",
+        examples=(
+            ("recording=DIR out=outputs/lerobot", "of a robot"),
+            ("renders=renders/demo/pairs out=outputs/lerobot", "of the simulator"),
+        ),
+        result="data set",
+    ),
+    Command(
+        "export rerun",
+        DIAGNOSIS,
+        "A replay and a diagnosis as a recording for Rerun's viewer",
+        "vision_s2r.export.rerun:export_rerun",
+        schema="vision_s2r.export.rerun:RerunConfig",
+        config="export_rerun",
+        examples=(("replay=outputs/replay report=outputs/diagnosis/report.json out=outputs/replay.rrd", "both"),),
+        result="recording",
+    ),
+    Command(
         "benchmark render",
         SPEED,
         "Pairs a second, against the engine's limit and the usual loop",
@@ -371,6 +394,6 @@ _ALL = (
 COMMANDS = {command.name: command for command in _ALL}
 FAMILIES = {
     "control": "Controllers of a joint's speed across the dynamics gap",
-    "export": "Trained networks for other programs",
+    "export": "Networks, recordings and findings for other programs",
     "benchmark": "Speed, side by side with the usual way",
 }

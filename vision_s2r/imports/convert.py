@@ -99,7 +99,7 @@ def _header(table: Table, options: ImportOptions) -> tuple[dict[str, Any], str]:
     """recording.yaml, and where its beliefs come from."""
     known = known_drive(options.drive or table.drive)
     nominal: dict[str, float] = {**known.nominal, **table.nominal, **options.nominal}
-    head: dict[str, Any] = {"format": FORMAT, "kind": "joint", "units": options.units}
+    head: dict[str, Any] = {"format": FORMAT, "kind": "joint", "units": table.units or options.units}
     same = np.diff(table.columns["episode"]) == 0
     head["sample_time"] = float(f"{np.median(np.diff(table.columns['t'])[same]):.9g}")
     head["nominal"] = nominal

@@ -1,10 +1,8 @@
 """Pictures as recordings of a camera: a calibration set, or a folder of photographs beside a folder of renders."""
 
 import json
-import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +12,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.errors import UserError
-from vision_s2r.files import write
+from vision_s2r.files import whole_folder, write
 from vision_s2r.imports import chessboard
 from vision_s2r.imports.photographs import Photograph, camera, grey, photograph, photographs, said
 from vision_s2r.recording import read
@@ -50,7 +48,7 @@ def import_chessboard(folder: Path, out: Path, inner: Sequence[int]) -> Imported
     ]
     colour = kept[0].pixels.ndim == 3
     names = [each.path.stem for each in kept]
-    with _folder(out) as making:
+    with whole_folder(out) as making:
         _copy(kept, names, making / "real")
         _save([np.repeat(each[..., None], 3, 2) if colour else each for each in sims], names, making / "sim", kept)
         _save(masks, names, making / "mask", None)
@@ -94,7 +92,7 @@ def import_images(real: Path, sim: Path, out: Path, pairing: str) -> ImportedPic
         notes.append(
             f"exposures differ by {np.ptp(summary['exposures']):.1f} EV: lock it, or it is light of each frame's own"
         )
-    with _folder(out) as making:
+    with whole_folder(out) as making:
         real_names = names or [each.path.stem for each in seen]
         if resized[0][0] is seen[0].pixels:
             _copy(seen, real_names, making / "real")
@@ -130,20 +128,6 @@ def _aligned(
     return sides[0], sides[1]
 
 
-@contextmanager
-def _folder(out: Path) -> Iterator[Path]:
-    """A folder that is made under another name; whoever is done renames it. UserError where there is something."""
-    if out.exists() and any(out.iterdir()):
-        raise UserError(f"{out}: is not empty, expected a new folder for a recording")
-    making = out.with_name(f"{out.name}.part-{os.getpid()}")
-    shutil.rmtree(making, ignore_errors=True)
-    making.mkdir(parents=True)
-    try:
-        yield making
-    finally:
-        shutil.rmtree(making, ignore_errors=True)
-
-
 def _copy(given: Sequence[Photograph], names: Sequence[str], folder: Path) -> None:
     """The files themselves: a JPEG's grid is a finding."""
     folder.mkdir()
@@ -172,9 +156,6 @@ def _finish(
     summary = {**summary, "pairing": pairing}
     write(making / "import.json", json.dumps(summary, indent=1) + "\n")
     write(making / "import.png", _strip(making))
-    if out.exists():
-        out.rmdir()
-    making.rename(out)
     return ImportedPictures(out, summary)
 
 

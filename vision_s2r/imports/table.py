@@ -39,3 +39,4 @@ class Table:
     notes: tuple[str, ...] = ()  # what else to know of it
     of_model: bool = False  # by convention, name, sign and zero are those of the robot's model
     missing: tuple[str, ...] = ()  # what would help, and is not in the log
+    units: str = ""  # rotary or linear, where the log says

@@ -111,7 +111,7 @@ def _columns(folder: Path, joints: list[str]) -> tuple[dict[str, np.ndarray], np
     try:
         frame = pandas.read_parquet(path)
     except ImportError as error:
-        raise UserError("parquet files need pyarrow: pip install pyarrow") from error
+        raise UserError("parquet files need pyarrow: pip install 'vision-s2r[lerobot]'") from error
     except (OSError, ValueError) as error:
         raise UserError(f"{path}: cannot be read as parquet ({str(error).splitlines()[0]})") from error
     check([str(name) for name in frame.columns], path)

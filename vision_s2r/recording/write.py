@@ -55,6 +55,11 @@ def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
         blocks.append(np.stack(block, axis=1))
     form = ["%d"] + ["%.9g"] * (len(columns) - 1)
     np.savetxt(folder / "joint.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
+    return joint_head(recording)
+
+
+def joint_head(recording: JointRecording) -> dict[str, Any]:
+    """What recording.yaml says of a joint: sample_time, units, nominal and, of a servo, control."""
     law = {key: recording.nominal[name] for key, name in CONTROL.items() if name in recording.nominal}
     nominal = {key: value for key, value in recording.nominal.items() if key not in CONTROL.values()}
     head = {"sample_time": recording.sample_time, "units": recording.units, "nominal": nominal}

@@ -6,6 +6,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
 
 MODES = ("min", "max")
+LOGGERS = ("tensorboard", "wandb", "mlflow")
 PRECISIONS = ("32-true", "bf16-mixed")
 
 
@@ -35,7 +36,12 @@ class TrainingConfig:
     )
     metric: str = option("", "Validation metric that chooses the best checkpoint.")
     mode: str = option("min", "Whether the least or the most of the metric is best.", choices=MODES)
-    log_every: int = option(50, "Steps between lines of losses in TensorBoard.", above=0)
+    log_every: int = option(50, "Steps between points of the loss curves.", above=0)
+    logger: str = option(
+        "tensorboard",
+        "Where curves and pictures go, in OUT/logs: TensorBoard, Weights & Biases (offline) or MLflow.",
+        choices=LOGGERS,
+    )
     accelerator: str = option("auto", "Where it runs, in the words of Lightning Fabric: auto, cpu, cuda, …")
     devices: int = option(1, "Processes a node, one a device.", above=0)
     num_nodes: int = option(1, "Machines.", above=0)

@@ -157,8 +157,9 @@ class _Run:
         self._validated = -1  # step of the last validation
         self._losses: dict[str, list[Tensor]] = defaultdict(list)
         data = {name: _facts(v) for name, v in (("views", views), ("validation", validation))}
+        settings = {key: value for key, value in asdict(cfg).items() if key != "logger"}  # changes nothing of the run
         self._configuration = json.dumps(
-            {"seed": seed, "training": asdict(cfg), "data": data, method.kind: method.configuration}
+            {"seed": seed, "training": settings, "data": data, method.kind: method.configuration}
         )
         self._bare = dict(method.networks)  # without Fabric's wrappers
         for name, network in method.networks.items():
@@ -195,7 +196,7 @@ class _Run:
         if self.step:
             log.info("%s: going on at step %d", self._out, self.step)
         self._started = time.perf_counter() - self.seconds
-        with RunLog(self._out, self.step, active=self._leads) as self._log:
+        with RunLog(self._out, self.step, self._leads, self._cfg.logger) as self._log:
             with closing(self._batches()) as batches, Interrupt(self._leads) as interrupt:
                 for batch in batches:
                     self.seconds = time.perf_counter() - self._started

@@ -9,6 +9,7 @@ import torch
 from torch import Tensor, nn
 
 from vision_s2r.errors import UserError
+from vision_s2r.lazy import import_torchvision
 
 VGG_WEIGHTS = "vgg16-397923af.pth"  # as torchvision names them
 VGG_LAYERS = (3, 8, 15)  # relu1_2, relu2_2, relu3_3 (Johnson et al. 2016)
@@ -70,11 +71,7 @@ class Vgg:
 
 
 def _vgg_layers() -> nn.Sequential:
-    try:
-        import torchvision  # noqa: F401  # here alone, as few want it
-    except RuntimeError:  # its compiled operators do not load on this machine; it asks for their schemas nevertheless
-        for name in ("nms", "qnms"):
-            torch.library.define(f"torchvision::{name}", "(Tensor dets, Tensor scores, float iou_threshold) -> Tensor")
+    import_torchvision()  # here alone, as few want it
     from torchvision.models.vgg import cfgs, make_layers
 
     return make_layers(cfgs["D"])

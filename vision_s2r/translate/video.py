@@ -11,6 +11,7 @@ from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
 from vision_s2r.files import whole
+from vision_s2r.imports.lerobot import INFO, Dataset
 from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
 from vision_s2r.translate.translator import Translator
@@ -23,7 +24,10 @@ BATCH = 32  # frames at a time
 class VideoConfig:
     """Everything that `vision-s2r translate-video` reads."""
 
-    source: str = option("", "A video file, or a folder of pictures, in the order of their names.")
+    source: str = option(
+        "", "A video file, a folder of pictures, in the order of their names, or of a LeRobot data set with a camera."
+    )
+    camera: str = option("", "Of a data set: observation.images.NAME; the first if empty.")
     translator: str = option("bin-64", "A released checkpoint: a file (.safetensors), or a name in the package.")
     out: str = option("outputs/canonical.mp4", "The video that is written: the stream left, its canonical view right.")
     rate: float = option(10.0, "Frames a second of a folder of pictures; a video keeps its own.", above=0)
@@ -100,6 +104,12 @@ def _stream(cfg: VideoConfig) -> Stream:
     if not cfg.source:
         raise UserError("source is missing, expected source=FILE, a video, or source=DIR, pictures")
     path = Path(cfg.source)
+    if (path / INFO).is_file():
+        dataset = Dataset.open(path)
+        if not dataset.cameras:
+            raise UserError(f"{path}: a data set without a camera, expected one with videos")
+        camera = cfg.camera or dataset.cameras[0]
+        return Stream(dataset.pictures(camera), dataset.frames, dataset.rate)
     if path.is_dir():
         paths = sorted(each for each in path.iterdir() if each.suffix.lower() in PICTURES)
         if not paths:
