@@ -82,8 +82,16 @@ def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
     bare = predictor.residuals(space, point, index)
     white = predictor.whitened(space, point[0]).residuals(space, point, index)
     inside = np.repeat(predictor.windows.inside, 6, axis=1)
-    assert np.sqrt(np.mean(bare[0, ..., 0][inside] ** 2)) > 5
-    assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.2)
+    assert np.sqrt(np.mean(bare[0, ..., 0][inside] ** 2)) > 2
+    assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.1)
+
+
+def test_windows_begin_where_no_impact_hides_the_velocity():
+    recording, truth = tossed({}, seed=5)
+    windows = windows_of(make_track(recording))
+    error = windows.first[:, 7:] - truth[windows.episode, windows.sample, 7:]
+    scaled = error / np.repeat(windows.sigma[:, 2:], 3, axis=1)
+    assert np.sqrt(np.mean(scaled**2)) < 1.6
 
 
 def test_poses_that_are_off_at_rest_are_no_noise_and_still_show_friction_and_restitution():

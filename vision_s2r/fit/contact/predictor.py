@@ -1,7 +1,7 @@
 """What machines predict of windows, set against what was measured, in units of what is not known of it.
 
 Not known are the measured poses (their noise, and how far bodies at rest are off), the first state, which every
-prediction carries on (to first order: its covariance through the simulator), and what the simulator's step leaves. All
+prediction carries on (to second order: its covariance through the simulator), and what the simulator's step leaves. All
 poses of a window are whitened together.
 """
 
@@ -84,12 +84,16 @@ class Predictor:
         plain = self.run(space, point[None], index, w.first[index], 1)[0]
         columns = []
         for axis in range(12):
-            moved = _moved(w.first[index], axis, w.sigma[index, axis // 3])
-            changed = self.run(space, point[None], index, moved, 1)[0]
-            columns.append(difference(changed, plain).reshape(len(index), -1))
+            sigma = w.sigma[index, axis // 3]
+            there, back = (
+                difference(self.run(space, point[None], index, _moved(w.first[index], axis, by), 1)[0], plain)
+                for by in (sigma, -sigma)
+            )
+            # Where the outcome hangs on a hair both are moved alike: an impact earlier, or of another corner.
+            columns += [(each.reshape(len(index), -1)) for each in ((there - back) / 2, (there + back) / 2)]
         fine = self.run(space, point[None], index, w.first[index], FINER)[0]
         columns.append(difference(fine, plain).reshape(len(index), -1))
-        spread = np.stack(columns, axis=2)  # [W, 6·H, 13]
+        spread = np.stack(columns, axis=2)  # [W, 6·H, 25]
         noise = np.tile(np.repeat(np.square(track.states.noise) + np.square(track.bias), 3), len(w.steps))
         out = spread @ spread.transpose(0, 2, 1) + np.diag(noise)
         inside = np.repeat(w.inside[index], 6, axis=1)

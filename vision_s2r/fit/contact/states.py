@@ -1,8 +1,10 @@
 """The states that a recording of poses shows: pose and velocities at each sample, and how sure they are.
 
-A parabola through the poses around a sample; where an impact lies among them, through those before or after it alone.
+A parabola through seven poses, the sample anywhere among them, none of which another point of the body touches the
+support than at the others: velocities jump where one does, by ten times what a parabola would show of it.
 """
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +13,9 @@ from scipy.spatial.transform import Rotation
 from vision_s2r.recording import ContactRecording
 
 HALF = 3  # samples to either side
-BROKEN = 6.0  # mean squares of the noise: a parabola that misses by more has an impact among its samples
+BROKEN = 2.0  # mean squares of the noise: a parabola that misses by more has an impact among its samples
+TOUCH = 0.01  # of the body's depth, and three standard deviations of a corner's height: as low as that it touches
+LOST = 1e4  # mean squares, of a sample that no seven poses are around
 LEAST_NOISE = 2e-4  # of the body's depth, and in rad: poses are not better than that
 WORTH = 0.5  # of the uncertainty of a derived velocity: one that was recorded is used where it is as sure as that
 LATE = 0.1  # of a sample: by no more than this a recorded velocity may lag
@@ -25,34 +29,40 @@ class States:
     sigma: np.ndarray  # [E, T, 4] standard deviations of position, attitude, velocity and spin, of each component
     noise: tuple[float, float]  # m and rad: of one measured pose, each component
     measured: bool  # whether velocities are the recording's own
+    clean: np.ndarray  # [E, T] bool: no impact lies among the poses that the velocities are from
 
 
-def states_of(recording: ContactRecording) -> States:
-    """The states of a recording."""
+def states_of(recording: ContactRecording, support: float = 0.0) -> States:
+    """The states of a recording; `support` is where the body's lowest point rests, m."""
     noise = _noise(recording)
     turns = _relative(recording.attitude)  # [E, T, 4·HALF + 1, 3]
     places = _around(recording.position) - recording.position[:, :, None]
     weights = _stencils(recording.sample_time)
-    choice, misfit = _choose(places, turns, weights, noise)
-    level, slope = (np.take_along_axis(x, choice[None, ..., None], axis=0)[0] for x in _both(places, weights))
-    turn, spin = (np.take_along_axis(x, choice[None, ..., None], axis=0)[0] for x in _both(turns, weights))
-    widened = np.sqrt(np.maximum(misfit, 1.0))
+    choice, misfit, clean = _choose(places, turns, weights, noise, _steady(recording, support, noise))
+    levels, slopes = _both(places, weights)
+    turned, spins = _both(turns, weights)
+    level, slope, turn, spin = (
+        np.take_along_axis(x, choice[None, ..., None], axis=0)[0] for x in (levels, slopes, turned, spins)
+    )
+    least = np.take_along_axis(misfit, choice[None], axis=0)[0]
+    widened = np.sqrt(np.clip(np.where(np.isfinite(least), least, LOST), 1.0, None))
     gains = np.array([[np.linalg.norm(w[0]), np.linalg.norm(w[1])] for w in weights])[choice]  # [E, T, 2]
+    whole = np.isfinite(misfit)
+    jump, jolt = (np.where(clean, 0.0, _spread(x, whole)) for x in (slopes, spins))
     sigma = np.stack(
         [
             noise[0] * gains[..., 0] * widened,
             noise[1] * gains[..., 0] * widened,
-            noise[0] * gains[..., 1] * widened,
-            noise[1] * gains[..., 1] * widened,
+            np.hypot(noise[0] * gains[..., 1] * widened, jump),
+            np.hypot(noise[1] * gains[..., 1] * widened, jolt),
         ],
         axis=-1,
     )
     inside = np.isfinite(recording.position[..., 0])
     attitude = np.full(recording.attitude.shape, np.nan)
-    turned = Rotation.from_rotvec(turn[inside]) * Rotation.from_quat(recording.attitude[inside])
-    attitude[inside] = turned.as_quat()
+    attitude[inside] = (Rotation.from_rotvec(turn[inside]) * Rotation.from_quat(recording.attitude[inside])).as_quat()
     state = np.concatenate([recording.position + level, attitude, slope, spin], axis=-1)
-    return _with_velocities(recording, States(state, sigma, noise, False))
+    return _with_velocities(recording, States(state, sigma, noise, False, clean))
 
 
 def _with_velocities(recording: ContactRecording, derived: States) -> States:
@@ -73,7 +83,7 @@ def _with_velocities(recording: ContactRecording, derived: States) -> States:
     state[..., :3], state[..., 3:7], state[..., 7:] = recording.position, recording.attitude, velocity
     for k, value in enumerate((*derived.noise, *own)):
         sigma[..., k] = max(value, 1e-6)
-    return States(state, sigma, derived.noise, True)
+    return States(state, sigma, derived.noise, True, np.isfinite(state).all(axis=-1))
 
 
 def _noise(recording: ContactRecording) -> tuple[float, float]:
@@ -111,9 +121,9 @@ def _relative(attitude: np.ndarray) -> np.ndarray:
 
 
 def _stencils(sample_time: float) -> list[np.ndarray]:
-    """Centred, before and after: [3, 4·HALF + 1] weights of level, slope and misfit's hat (as a parabola's fit)."""
+    """Weights [2, 4·HALF + 1] of level and slope, of a parabola through each seven samples around this one."""
     out = []
-    for first in (HALF, 0, 2 * HALF):
+    for first in range(2 * HALF + 1):
         index = np.arange(first, first + 2 * HALF + 1)
         time = (index - 2 * HALF) * sample_time
         basis = np.stack([np.ones(len(time)), time, time**2], axis=1)
@@ -131,20 +141,57 @@ def _both(around: np.ndarray, weights: list[np.ndarray]) -> tuple[np.ndarray, np
 
 
 def _choose(
-    places: np.ndarray, turns: np.ndarray, weights: list[np.ndarray], noise: tuple[float, float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Which stencil [E, T] to trust, and its mean squared misfit in units of the noise."""
-    misfits = []
-    for w in weights:
-        index = np.flatnonzero(w[0] != 0) if np.count_nonzero(w[0]) > 2 * HALF else np.flatnonzero(w.any(axis=0))
-        basis = np.stack([np.ones(len(index)), index - 2.0 * HALF, (index - 2.0 * HALF) ** 2], axis=1)
-        rest = np.eye(len(index)) - basis @ np.linalg.pinv(basis)
-        total = np.zeros(places.shape[:2])
+    places: np.ndarray,
+    turns: np.ndarray,
+    weights: list[np.ndarray],
+    noise: tuple[float, float],
+    steady: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which stencil [E, T] to trust, each one's squared misfit [S, E, T] over the noise's, and whether it is clean.
+
+    Of those without an impact the one that says most of the velocity; where all have one, that which misses least.
+    """
+    index = np.arange(2 * HALF + 1.0)
+    basis = np.stack([np.ones(len(index)), index, index**2], axis=1)
+    rest = np.eye(len(index)) - basis @ np.linalg.pinv(basis)
+    misfit = np.zeros((len(weights), *places.shape[:2]))
+    for first in range(len(weights)):
         for around, sigma in ((places, noise[0]), (turns, noise[1])):
-            total += (np.einsum("ij,etjx->etix", rest, around[:, :, index]) ** 2).sum(axis=(2, 3)) / sigma**2
-        misfits.append(total / (6 * (len(index) - 3)))
-    misfit = np.where(np.isfinite(misfits), misfits, np.inf)
-    # A parabola through one side says less of the velocity: only where the centred one is broken.
-    choice = np.where(misfit[0] < BROKEN, 0, np.where(misfit[1] < misfit[2], 1, 2))
-    chosen = np.take_along_axis(misfit, choice[None], axis=0)[0]
-    return choice, np.where(np.isfinite(chosen), chosen, 1e4)
+            part = around[:, :, first : first + len(index)]
+            misfit[first] += (np.einsum("ij,etjx->etix", rest, part) ** 2).sum(axis=(2, 3)) / sigma**2
+    misfit /= 6 * (len(index) - 3)
+    misfit = np.where(np.isfinite(misfit), misfit, np.inf)
+    clean = steady & (misfit < BROKEN)
+    cost = np.where(clean, np.array([np.linalg.norm(w[1]) for w in weights])[:, None, None], np.inf)
+    some = clean.any(axis=0)
+    return np.where(some, np.argmin(cost, axis=0), np.argmin(misfit, axis=0)), misfit, some
+
+
+def _steady(recording: ContactRecording, support: float, noise: tuple[float, float]) -> np.ndarray:
+    """Whether [S, E, T] the same points touch at all samples of a stencil."""
+    shape = recording.shape
+    touch = TOUCH * shape.depth + 3 * float(np.hypot(noise[0], noise[1] * shape.reach))
+    inside = np.isfinite(recording.position[..., 0])
+    if len(shape.points):
+        heights = np.full((*inside.shape, len(shape.points)), np.nan)
+        axes = Rotation.from_quat(recording.attitude[inside]).as_matrix()[:, 2]
+        heights[inside] = recording.position[inside][:, 2:] + axes @ shape.points.T
+    else:
+        heights = shape.lowest(recording.position, recording.attitude)[..., None]
+    touching = heights - support < touch
+    same = np.zeros(inside.shape, dtype=int)  # changes up to a sample
+    same[:, 1:] = np.cumsum((touching[:, 1:] != touching[:, :-1]).any(axis=2), axis=1)
+    padded = np.pad(same, ((0, 0), (2 * HALF, 2 * HALF)), mode="edge")
+    count = inside.shape[1]
+    first = np.stack([padded[:, k : k + count] for k in range(2 * HALF + 1)])
+    last = np.stack([padded[:, k + 2 * HALF : k + 2 * HALF + count] for k in range(2 * HALF + 1)])
+    return np.asarray(first == last)
+
+
+def _spread(slopes: np.ndarray, whole: np.ndarray) -> np.ndarray:
+    """Half of what slopes [S, E, T, 3] of whole stencils differ by, a component [E, T]: of an impact's jump."""
+    masked = np.where(whole[..., None], slopes, np.nan)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # no whole stencil
+        spread = (np.nanmax(masked, axis=0) - np.nanmin(masked, axis=0)) / 2
+    return np.nan_to_num(np.sqrt((spread**2).mean(axis=-1)))

@@ -73,6 +73,8 @@ def make_track(recording: ContactRecording) -> Track:
     still = speed < STILL + 3 * np.nan_to_num(states.sigma[..., 2])
     rest = lowest[still & (np.abs(lowest) < 2 * reach)]
     support = float(np.median(rest)) if len(rest) > 20 else 0.0
+    if support:
+        states = states_of(recording, support)
     position = recording.position - np.array([0.0, 0.0, support])
     states.state[..., 2] -= support
     bias = bias_of(recording, still & (np.abs(lowest - support) < reach), states.noise)
@@ -92,7 +94,11 @@ def make_track(recording: ContactRecording) -> Track:
 
 
 def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: bool = True) -> Windows:
-    """Windows over all episodes; with `thin` those in which little happens are fewer."""
+    """Windows over all episodes.
+
+    With `thin` those in which little happens are fewer, each begins where its first state is known best, and none where
+    an impact hides it.
+    """
     length = max(LEAST, round(span / track.sample_time))
     every = max(1, round(stride / track.sample_time))
     steps = np.unique(np.rint(length * np.arange(1, HORIZONS + 1) / HORIZONS).astype(np.int64))
@@ -100,7 +106,10 @@ def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: b
     sample: list[int] = []
     for e, samples in enumerate(track.lengths):
         starts = range(0, int(samples) - int(steps[0]), every)
-        kept = [k for i, k in enumerate(starts) if not thin or _kept(track, e, k, length, i)]
+        kept = list(starts)
+        if thin:
+            sure = [_surest(track, e, k, min(k + every, int(samples) - int(steps[0]))) for k in starts]
+            kept = [k for i, k in enumerate(sure) if track.states.clean[e, k] and _kept(track, e, k, length, i)]
         episode += [e] * len(kept)
         sample += kept
     of, at = np.array(episode, dtype=np.int64), np.array(sample, dtype=np.int64)
@@ -118,6 +127,12 @@ def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: b
         measured=np.concatenate([track.position[row], track.attitude[row]], axis=-1),
         inside=later < track.lengths[of][:, None],
     )
+
+
+def _surest(track: Track, e: int, first: int, end: int) -> int:
+    """The sample from first to end whose velocities are known best."""
+    unknown = track.states.sigma[e, first:end, 2] + track.shape.reach * track.states.sigma[e, first:end, 3]
+    return first + int(np.argmin(np.nan_to_num(unknown, nan=np.inf)))
 
 
 def _kept(track: Track, e: int, k: int, length: int, count: int) -> bool:
