@@ -9,17 +9,24 @@ from collections.abc import Sequence
 from types import TracebackType
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from vision_s2r.bullet import pybullet
 from vision_s2r.scene import objects, tray
 from vision_s2r.scene.config import SceneConfig
+from vision_s2r.scene.machine import Values
+
+# Of changeDynamics, for effects of one value.
+ENGINE = {"restitution": "restitution", "rolling_friction": "rollingFriction", "spinning_friction": "spinningFriction"}
 
 
 class World:
     """A PyBullet world with the bin, on its own connection; use as a context manager."""
 
-    def __init__(self, cfg: SceneConfig) -> None:
+    def __init__(self, cfg: SceneConfig, contact: Values | None = None) -> None:
+        """`contact`: effects that objects have with the fingers, and of the tilted bin."""
         self.cfg = cfg
+        self._contact = contact or {}
         self.client = pybullet.connect(pybullet.DIRECT)
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=cfg.physics.time_step,
@@ -27,13 +34,15 @@ class World:
             deterministicOverlappingPairs=1,
             physicsClientId=self.client,
         )
-        pybullet.setGravity(0, 0, -9.81, physicsClientId=self.client)
+        pybullet.setGravity(*self._gravity(), physicsClientId=self.client)
         for part in tray.PARTS:
             shape = pybullet.createCollisionShape(
                 pybullet.GEOM_BOX, halfExtents=[s / 2 for s in part.size], physicsClientId=self.client
             )
             body = pybullet.createMultiBody(0, shape, -1, part.position, physicsClientId=self.client)
             pybullet.changeDynamics(body, -1, lateralFriction=0.8, physicsClientId=self.client)
+            if self.bouncy:
+                pybullet.changeDynamics(body, -1, restitution=1.0, physicsClientId=self.client)
         self.objects: list[int] = []
 
     def add_object(self, object_id: int, pose: Sequence[float]) -> int:
@@ -55,8 +64,35 @@ class World:
             rollingFriction=0.0002,
             physicsClientId=self.client,
         )
+        for dynamics in self._changed():
+            pybullet.changeDynamics(body, -1, **dynamics, physicsClientId=self.client)
         self.objects.append(body)
         return len(self.objects) - 1
+
+    @property
+    def bouncy(self) -> bool:
+        """Whether a restitution is given: the engine multiplies those of two bodies, of which one is then 1."""
+        return "restitution" in self._contact
+
+    def _changed(self) -> list[dict[str, float]]:
+        """What an object has of its contact with the fingers, as arguments of changeDynamics."""
+        finger, changed = self.cfg.physics.finger_friction, []
+        for name, values in self._contact.items():
+            if name == "lateral_friction":  # the engine multiplies those of two bodies
+                changed.append({"lateralFriction": values["value"] / finger if finger else 0.0})
+            elif name == "contact_compliance":
+                changed.append({"contactStiffness": values["stiffness"], "contactDamping": values["damping"]})
+            elif name in ENGINE:
+                changed.append({ENGINE[name]: values["value"]})
+        return changed
+
+    def _gravity(self) -> tuple[float, float, float]:
+        """In the bin's frame, m/s²."""
+        if "support_tilt" not in self._contact:
+            return 0.0, 0.0, -9.81
+        tilt = self._contact["support_tilt"]
+        x, y, z = Rotation.from_euler("xy", (tilt["roll"], tilt["pitch"])).inv().apply((0.0, 0.0, -9.81))
+        return float(x), float(y), float(z)
 
     def step(self, count: int = 1) -> None:
         """Advance by `count` time steps."""

@@ -163,7 +163,7 @@ def _choose(
     misfit = np.where(np.isfinite(misfit), misfit, np.inf)
     clean = steady & (misfit < BROKEN)
     cost = np.where(clean, np.array([np.linalg.norm(w[1]) for w in weights])[:, None, None], np.inf)
-    some = clean.any(axis=0)
+    some = np.asarray(clean.any(axis=0))
     return np.where(some, np.argmin(cost, axis=0), np.argmin(misfit, axis=0)), misfit, some
 
 

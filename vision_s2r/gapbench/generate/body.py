@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 FINE, COARSE = 1e-4, 4e-4  # s: steps for recordings, to measure a severity, at most
-PHASE = 0.03  # rad of a spring's oscillation that a step in touch goes through, at most
+PHASE = 0.03  # rad of a spring's oscillation that a fine step in touch goes through, at most
 INTO = 1e-6  # s after a point's arrival that a step ends
 SLOW = 0.02  # m/s: slower arrivals do not rebound
 ROUNDS, TRIES = 3, 15  # of friction bounds, and of gradient steps in each
@@ -202,7 +202,7 @@ def move(
     out = np.empty((samples, 13))
     rigid = body.stiffness == 0
     # In touch with a spring, a small part of its oscillation on all points.
-    firm = longest if rigid else min(longest, PHASE / math.sqrt(4 * body.stiffness / body.mass))
+    firm = longest if rigid else min(longest, longest / FINE * PHASE / math.sqrt(4 * body.stiffness / body.mass))
     for sample in range(samples):
         offset = _rotation(q) @ center
         out[sample, :3] = position - offset

@@ -77,7 +77,7 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Mach
     def draw() -> Machine:
         setting = _setting(rng)
         body, answer = _DRAWN[case](setting, index, split, rng)
-        return _recorded(setting, body, answer, rng)
+        return recorded(setting, body, answer, rng)
 
     return drawn(draw, f"machine of case '{case}' number {index}")
 
@@ -109,7 +109,7 @@ def _setting(rng: np.random.Generator) -> Setting:
         radius=radius,
         inertia=inertia,
         size=size,
-        first=_tosses(points, radius, rng),
+        first=tosses(points, radius, rng),
         samples=int(0.8 * rate),
         sample_time=float(f"{1 / rate:.5g}"),
         noise=noise,
@@ -117,7 +117,7 @@ def _setting(rng: np.random.Generator) -> Setting:
     )
 
 
-def _tosses(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+def tosses(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
     """Thrown with a spin, and every third one pushed along its support from a face."""
     first = np.zeros((TOSSES, 13))
     for k, row in enumerate(first):
@@ -175,7 +175,7 @@ def _spinning(x: float, body: Body, rng: np.random.Generator) -> dict[str, float
 
 
 def _compliance(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
-    frequency = 60.0 * 15 ** (1 - x)  # rad/s on one point
+    frequency = 60.0 * 30 ** (1 - x)  # rad/s on one point
     return {
         "stiffness": body.mass * frequency**2,
         "damping": 2 * rng.uniform(0.1, 0.6) * body.mass * frequency,
@@ -331,7 +331,7 @@ def _effects(body: Body, names: tuple[str, ...]) -> Effects:
 # The recording
 
 
-def _recorded(setting: Setting, body: Body, answer: Answer, rng: np.random.Generator) -> Machine:
+def recorded(setting: Setting, body: Body, answer: Answer, rng: np.random.Generator) -> Machine:
     states = setting.tossed(body)
     position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
     attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
