@@ -27,7 +27,7 @@ def board(rotation, lens, brightness=1.0):
     centre = -turned @ np.array([3.0, 2.0, 0.0]) + [0.0, 0.0, 9.0]
     u, v, w = np.linalg.inv(np.c_[turned[:, :2], centre]) @ np.c_[rays, np.ones(len(rays))].T
     u, v = u / w, v / w
-    inside = (u > -1) & (u < 7) & (v > -1) & (v < 5)
+    inside = (u > -0.6) & (u < 6.6) & (v > -0.6) & (v < 4.6)  # the outer squares are cut
     value = np.where(inside, np.where((np.floor(u) + np.floor(v)) % 2 > 0, 30, 220), 200).reshape(x.shape)
     picture = cv2.resize(value.astype(np.float32), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
     return np.rint((picture * brightness).clip(0, 255)).astype(np.uint8)

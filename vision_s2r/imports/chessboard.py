@@ -30,7 +30,7 @@ BOARDS = (
 LEAST = 4  # photographs that show the board whole
 _SAMPLES = 4  # of a rendered pixel, along each axis
 _BACKGROUND = 0.5  # coded value of what is no board
-_RIM = 0.75  # squares around the inner corners of which the simulation is meant
+_RIM = 0.3  # squares around the inner corners of which the simulation is meant: some boards' outer squares are cut
 _ENOUGH = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_MAX_ITER, 60, 1e-4)
 
 
