@@ -34,6 +34,7 @@ from vision_s2r.threads import one_thread
 
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
+_SHOWING = 500  # samples of a brightness, that tell how noisy it is
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
 _REMEMBERED = 12  # hypotheses whose scores are kept
 
@@ -351,6 +352,8 @@ class CameraCase:
         if of_stage("warp") & values.keys() and excitation.faint(name, values[name], self.study.pictures.scale):
             return True
         without = {each: value for each, value in values.items() if each != name}
+        if name in of_stage("noise"):
+            return self._unseen_noise(values, without)
         (mean, variance), (other, other_variance) = self._mean(values, few), self._mean(without, few)
         yardstick = self.study.yardstick
         if name == "jpeg_compression":
@@ -361,6 +364,14 @@ class CameraCase:
         change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
         counted = yardstick.counted[few].expand_as(change)
         return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
+
+    def _unseen_noise(self, values: Values, without: Values) -> bool:
+        """Whether no brightness shows what differs in noise: read noise shows in the dark, and may nowhere else."""
+        noise, bins = self.study.yardstick.noise, self.study.bins
+        variance, counts = bins.variance(range(self.segments))
+        usable = np.isfinite(variance) & (counts > _SHOWING)
+        spread, other = (np.sqrt(noise.at(each, bins.values)[usable]) for each in (values, without))
+        return not usable.any() or float(((spread / other - 1) ** 2).max()) < _NEGLIGIBLE
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect sits at a bound, or differs between frames more than a camera's does."""

@@ -192,13 +192,13 @@ def measure_noise(
     scatter = torch.zeros_like(mean[:, :1])
     if jpeg and not large:
         scatter = codec_scatter(pictures, reference, float(jpeg[0]), residual, counted)
-    bins = measure(residual, mean, counted, white=jpeg is None, known=scatter)
+    bins = measure(residual, mean, counted, jpeg is None, scatter, pictures.encoding)
     rounding = 0.0 if jpeg else 1 / 12 / (2**bits - 1) ** 2
     through = IDENTITY
     if jpeg:
         before, after = attenuation(float(jpeg[0]), pictures.sim.shape[1])
         through = Attenuation(before.double().numpy(), after.double().numpy())
-    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), rounding)
+    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), reference, bits)
     noise = NoiseModel(base, rounding, through, pictures.encoding)
     if large:
         counted, mean, residual = _left(pictures, reference)

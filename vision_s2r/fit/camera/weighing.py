@@ -1,24 +1,28 @@
 """The noise of a recording: how much of it there is at each brightness, and what the simulator cannot do better."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 import torch.nn.functional as F
-from scipy.optimize import least_squares
+from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
 from vision_s2r.camera.effect import Encoding
 from vision_s2r.fit.camera.codec import within_blocks
+from vision_s2r.fit.camera.flat_fields import flat_fields, squared_noise
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.case import Values
 
-BINS = 20  # of brightness
+BINS = 20  # of brightness, equally spaced in what is coded, or in the square root of what is light
 IMPLAUSIBLE = (6 / 255) ** 2  # variance in flat places that is no noise behind an encoder: the light is wrong
 LEAST = (0.1 / 255) ** 2  # variance: an encoder may leave none at all
-QUIET, LOUD = 0.2 / 255, 0.75 / 255  # the measurement noise of a camera without noise effects lies between these
+QUIET, LOUD = 0.2, 0.75  # steps of the bits: the measurement noise of a camera without noise effects lies between these
+_BETTER = 20.0  # half squared standard deviations, by which a noise beside shot and read noise must be the better story
+_FILTERED = 3.8  # samples behind the filter that say as much as an independent one
+_CERTAIN = 2e4  # independent samples of a brightness: more are no better, since the mean is only nearly known
 _IMMERKAER = torch.tensor([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]]) / 6
 
 
@@ -45,12 +49,24 @@ class NoiseBins:
     squares: np.ndarray
     counts: np.ndarray
     values: np.ndarray
+    encoding: Encoding
+    repeated: float  # samples that say as much as an independent one
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
         squares, counts = self.squares[list(segments)].sum(0), self.counts[list(segments)].sum(0)
         with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(counts >= 30, np.maximum(squares / counts, LEAST), np.nan), counts
+            return np.where(counts >= 30, np.maximum(squares / counts, 1e-12), np.nan), counts
+
+    def weights(self, counts: np.ndarray) -> np.ndarray:
+        """One over the standard deviation of the logarithm of variances of so many samples."""
+        return np.asarray(np.sqrt(np.minimum(counts / self.repeated, _CERTAIN) / 2))
+
+
+def _place(pictures: Tensor, encoding: Encoding) -> Tensor:
+    """Where in the bins, from 0 to BINS, the values [B, C, H, W] of pictures lie."""
+    values = pictures.clamp(0, 1)
+    return (values.sqrt() if encoding == "linear" else values) * BINS
 
 
 def smoothed(pictures: Tensor) -> Tensor:
@@ -64,7 +80,9 @@ def detail(mean: Tensor) -> Tensor:
     return F.max_pool2d(local, 3, 1, padding=1)
 
 
-def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor) -> NoiseBins:
+def measure(
+    residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor, encoding: Encoding
+) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
@@ -74,8 +92,9 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     fine = detail(mean)
     limit = max(float(fine[counted].quantile(0.3) if counted.sum() < 2**24 else fine.median()), 1.5 / 255)
     flat = counted & (fine <= limit)
-    squared = _filtered(residual, flat, white).square() - known
-    index = (smoothed(mean).clamp(0, 1) * BINS).long().clamp(max=BINS - 1)
+    plain = white and flat_fields(fine, counted)
+    squared = squared_noise(residual, mean) if plain else _filtered(residual, flat, white).square() - known
+    index = _place(smoothed(mean), encoding).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
     if white:
         squared = torch.minimum(squared, _ceiling(squared, index, flat))
@@ -90,9 +109,10 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     counts = torch.bincount(at, minlength=total).reshape(shape).double()
     squares = torch.bincount(at, squared[chosen].double(), minlength=total).reshape(shape)
     values = torch.bincount(at, mean[chosen].double(), minlength=total).reshape(shape).sum(0)
-    centres = (torch.arange(BINS) + 0.5) / BINS
+    centres = ((torch.arange(BINS) + 0.5) / BINS) ** (2 if encoding == "linear" else 1)
     values = torch.where(counts.sum(0) > 0, values / counts.sum(0).clamp(min=1), centres)
-    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy())
+    repeated = _FILTERED if white and not plain else 1.0
+    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated)
 
 
 def _filtered(residual: Tensor, flat: Tensor, white: bool) -> Tensor:
@@ -122,7 +142,7 @@ def _ceiling(squared: Tensor, index: Tensor, flat: Tensor) -> Tensor:
 class NoiseModel:
     """The noise that a recording has without noise effects, and what an encoder makes of noise."""
 
-    base: float  # variance of measurement noise, without rounding
+    base: float  # variance of measurement noise that no effect is named for, without rounding
     rounding: float  # variance of rounding to the recording's bits
     attenuation: Attenuation
     encoding: Encoding
@@ -130,7 +150,12 @@ class NoiseModel:
     @property
     def quiet(self) -> float:
         """The variance that a camera without noise effects has."""
-        return max(float(self.attenuation(np.array([self.base]))[0]) + self.rounding, LEAST)
+        return max(float(self.attenuation(np.array([self.base]))[0]) + self.rounding, self._least)
+
+    @property
+    def _least(self) -> float:
+        """A variance that is as good as none: rounding leaves more, an encoder may leave nothing at all."""
+        return min(LEAST, self.rounding or LEAST)
 
     def at(self, values: Values, levels: np.ndarray) -> np.ndarray:
         """The variance [C, K] predicted at mean coded values `levels` [C, K]."""
@@ -141,7 +166,7 @@ class NoiseModel:
         interpolated = np.stack(
             [np.interp(level, *_ordered(m, v)) for level, m, v in zip(levels, mean, variance, strict=True)]
         )
-        return np.maximum(self.attenuation(interpolated + self.base) + self.rounding, LEAST)
+        return np.maximum(self.attenuation(interpolated + self.base) + self.rounding, self._least)
 
     def fit(
         self, values: Values, names: Sequence[str], bins: NoiseBins, segments: Sequence[int]
@@ -151,32 +176,42 @@ class NoiseModel:
         usable = np.isfinite(variance) & (variance > 0)
         if not usable.any():
             return {name: {"read_noise": {"sigma": 0.0}, "shot_noise": {"full_well": 1e6}}[name] for name in names}
-        weight = np.sqrt(np.minimum(counts[usable], 1e4) / 2)
+        weight, measured = bins.weights(counts[usable]), np.maximum(variance[usable], self._least)
+        quiet = {name: value for name, value in values.items() if name not in _CHARTS}
 
         def effects(point: np.ndarray) -> dict[str, dict[str, float]]:
-            found = {}
-            for name, x in zip(names, point, strict=True):
-                if name == "read_noise":
-                    found[name] = {"sigma": float(np.exp(x))}
-                else:
-                    found[name] = {"full_well": float(np.exp(-2 * x))}
-            return found
+            return {name: _CHARTS[name].setting(x) for name, x in zip(names, point, strict=True)}
 
         def residual(point: np.ndarray) -> np.ndarray:
-            model = self.at(dict(values) | effects(point), bins.values)[usable]
-            measured = variance[usable]
-            return weight * np.log(measured / model)
+            return np.asarray(weight * np.log(measured / self.at(quiet | effects(point), bins.values)[usable]))
 
-        low = np.array([np.log(1e-4) if name == "read_noise" else -0.5 * np.log(1e6) for name in names])
-        high = np.array([np.log(0.5) if name == "read_noise" else -0.5 * np.log(10.0) for name in names])
-        best = None
-        for start in ([np.log(0.01), np.log(0.03)], [np.log(0.04), np.log(0.12)]):
-            point = np.array([start[0] if name == "read_noise" else start[1] for name in names])
-            found = least_squares(residual, point, bounds=(low, high), diff_step=0.01, loss="soft_l1", f_scale=3.0)
-            if best is None or found.cost < best.cost:
-                best = found
-        assert best is not None
-        return effects(best.x)
+        bounds = np.array([_CHARTS[name].bounds for name in names]).T
+        ends = [
+            least_squares(residual, start, bounds=bounds, diff_step=0.01, loss="soft_l1", f_scale=3.0)
+            for start in zip(*(_CHARTS[name].starts for name in names), strict=True)
+        ]
+        return effects(min(ends, key=lambda end: end.cost).x)
+
+
+@dataclass(frozen=True)
+class _Chart:
+    """A noise effect's parameter as a fit has it: the logarithm of its standard deviation in full light."""
+
+    setting: Callable[[float], dict[str, float]]
+    bounds: tuple[float, float]
+    starts: tuple[float, ...]
+
+
+_CHARTS = {
+    "read_noise": _Chart(
+        lambda x: {"sigma": float(np.exp(x))}, (np.log(1e-6), np.log(0.5)), (np.log(3e-4), np.log(0.01), np.log(0.04))
+    ),
+    "shot_noise": _Chart(
+        lambda x: {"full_well": float(np.exp(-2 * x))},
+        (-0.5 * np.log(1e6), -0.5 * np.log(10.0)),
+        (np.log(3e-3), np.log(0.03), np.log(0.12)),
+    ),
+}
 
 
 def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -185,14 +220,34 @@ def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean[order], variance[order]
 
 
-def base_noise(bins: NoiseBins, segments: Sequence[int], rounding: float) -> float:
-    """The variance of measurement noise: that of the quietest brightness, between what cameras have."""
+def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, bits: int) -> float:
+    """The variance of measurement noise that needs no effect: within what rounding to the bits has beside it.
+
+    Where some brightness has more, the camera has shot or read noise, and what else there is is fitted beside both to
+    the photon transfer curve (EMVA 1288, section 6): none, unless that is much the worse story. In coded values shot
+    noise is nearly as even as it is.
+    """
     variance, counts = bins.variance(segments)
     enough = np.isfinite(variance) & (counts > 500)
+    step = 1 / (2**bits - 1)
+    least, most = ((level * step) ** 2 for level in (QUIET, LOUD))
     if not enough.any():
-        return (0.5 / 255) ** 2
-    quietest = np.quantile(variance[enough], 0.2) - rounding
-    return float(np.clip(quietest, QUIET**2, LOUD**2))
+        return float(np.clip((0.5 / 255) ** 2, least, most))
+    rounding = step**2 / 12
+    if np.quantile(variance[enough], 0.8) - rounding <= most:
+        return float(np.clip(np.quantile(variance[enough], 0.2) - rounding, least, most))
+    names = sorted(_CHARTS)
+    weight = bins.weights(counts[enough])
+
+    def cost(base: float) -> float:
+        noise = NoiseModel(base, rounding, IDENTITY, bins.encoding)
+        fitted = noise.fit(values, names, bins, segments)
+        model = noise.at(dict(values) | fitted, bins.values)[enough]
+        misfit = weight * np.log(np.maximum(variance[enough], 1e-12) / model)
+        return float((9 * (np.sqrt(1 + (misfit / 3) ** 2) - 1)).sum())
+
+    found = minimize_scalar(cost, bounds=(0.0, most), method="bounded", options={"xatol": 0.02 * most})
+    return float(found.x) if found.fun < cost(0.0) - _BETTER else 0.0
 
 
 def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
@@ -203,8 +258,8 @@ def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
         known = np.isfinite(row)
         if known.any():
             filled[c] = np.interp(np.arange(BINS), np.flatnonzero(known), row[known])
-    table = torch.from_numpy(np.maximum(filled, quiet * 0.3)).float()
-    position = smoothed(pictures).clamp(0, 1) * BINS - 0.5
+    table = torch.from_numpy(np.maximum(filled, max(quiet * 0.3, LEAST))).float()
+    position = _place(smoothed(pictures), bins.encoding) - 0.5
     low = position.floor().long().clamp(0, BINS - 2)
     part = (position - low).clamp(0, 1)
     offset = (torch.arange(pictures.shape[1]) * BINS)[:, None, None]

@@ -1,0 +1,66 @@
+"""Shot and read noise are measured: from flat fields, with photon transfer as EMVA 1288 has it for a check."""
+
+import numpy as np
+import pytest
+import torch
+
+from tests.fit.camera.test_camera_case import opened
+from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.recording.data import CameraRecording
+
+FRAMES, SIZE = 10, 80
+
+
+def flats(full_well: float, read: float, bits: int, linear: bool, uneven: float) -> tuple[CameraRecording, np.ndarray]:
+    """Grey flat fields of ten exposures, electrons one by one, pixels of gains of their own; and the light [N]."""
+    rng = np.random.default_rng(3)
+    light = np.linspace(0.02, 0.8, FRAMES)
+    own = light[:, None, None] * rng.normal(1, uneven, (SIZE, SIZE))
+    seen = rng.poisson(own * full_well) / full_well + rng.normal(0, read, own.shape)
+
+    def stored(values: np.ndarray) -> np.ndarray:
+        values = values.clip(0, 1)
+        values = values if linear else to_coded(torch.from_numpy(values)).numpy()
+        whole = np.rint(values * (2**bits - 1)) / (2**bits - 1)
+        return np.broadcast_to(whole[..., None], (FRAMES, SIZE, SIZE, 3)).astype(np.float32)
+
+    sim = np.broadcast_to(light[:, None, None], own.shape)
+    names = tuple(f"{k}" for k in range(FRAMES))
+    encoding = "linear" if linear else "srgb"
+    recording = CameraRecording(
+        "paired", encoding, stored(sim), stored(seen), None, None, None, bits, True, names, names
+    )
+    return recording, light
+
+
+def transferred(recording: CameraRecording, light: np.ndarray) -> float:
+    """The full well by photon transfer: the slope of the variance of differences of neighbors over the light."""
+    values = recording.real[..., 0].astype(float)
+    if recording.encoding == "srgb":
+        values = to_linear(torch.from_numpy(values)).numpy()
+    variance = np.diff(values, axis=2)[:, :, ::2].var(axis=(1, 2)) / 2
+    return float(1 / np.polyfit(light, variance, 1)[0])
+
+
+@pytest.mark.parametrize(
+    ("full_well", "read", "bits", "linear"),
+    [(14_628.0, 0.0, 16, True), (2_000.0, 0.0, 8, False), (2_000.0, 0.01, 8, True)],
+)
+def test_flat_fields_tell_the_full_well_and_the_read_noise(
+    full_well: float, read: float, bits: int, linear: bool
+) -> None:
+    recording, light = flats(full_well, read, bits, linear, 0.0)
+    case = opened(recording)
+    names = frozenset({"shot_noise"} | ({"read_noise"} if read else set()))
+    assert all(proposal & {"shot_noise", "read_noise"} == names for proposal in case.proposals())
+    found = case.fit(names, range(FRAMES), None).values
+    assert found["shot_noise"]["full_well"] == pytest.approx(full_well, rel=0.03)
+    assert transferred(recording, light) == pytest.approx(full_well, rel=0.06)
+    if read:
+        assert found["read_noise"]["sigma"] == pytest.approx(read, rel=0.05)
+
+
+def test_what_pixels_have_in_all_frames_is_no_noise() -> None:
+    case = opened(flats(15_000.0, 0.0, 16, True, 0.008)[0])
+    found = case.fit(frozenset({"shot_noise"}), range(FRAMES), None).values
+    assert found["shot_noise"]["full_well"] == pytest.approx(15_000, rel=0.04)
