@@ -105,6 +105,15 @@ def test_kernels_have_the_moments_of_their_shapes() -> None:
     assert abs((kernel * across**2).sum()) < 0.05
 
 
+@pytest.mark.parametrize("form", ["soft", "hexagon"])
+def test_another_maker_s_disk_is_as_wide(form: str) -> None:
+    even, other = disk(4.0), disk(4.0, form)
+    reach = np.arange(len(even)) - len(even) // 2
+    second = [(kernel * (reach[:, None] ** 2 + reach**2)).sum() / kernel.sum() for kernel in (even, other)]
+    assert second[1] == pytest.approx(second[0], rel=0.03)
+    assert np.abs(even / even.sum() - other / other.sum()).sum() > 0.02
+
+
 def test_noise_has_the_contract_s_size() -> None:
     grey = np.full((4, 64, 64, 3), 0.5)
     light = ((0.5 + 0.055) / 1.055) ** 2.4
@@ -155,7 +164,7 @@ def test_a_sealed_camera(case: str, tmp_path: Path) -> None:
     else:
         assert gap > 1.4
     if case in ("single", "pair", "triple"):
-        assert answer.shrink > 0.95
+        assert answer.shrink > 0.9  # what is drawn finer than sim/, 16 bits show as well
     assert all(shown >= 1.5 for shown in answer.notes["visible"].values()) or case == "weak"
 
 

@@ -52,6 +52,7 @@ UNPAIRED = (
 _WARPS = ("camera_pose_offset", "lens_distortion", "chromatic_aberration", "defocus_blur", "motion_blur")
 _PAIRS = tuple(itertools.combinations(EFFECTS, 2))
 _STRIDE = 44  # through the pairs, coprime to their number, so that each effect comes soon
+UNLIKE = 0.5  # share of cameras that are made unlike what the diagnosis takes for granted
 _LOOK = slice(None, None, 5)  # frames by which a strength is found, of all worlds
 
 
@@ -141,7 +142,7 @@ def _left_out(index: int, split: str, rng: np.random.Generator) -> Drawn:
 def _weak(index: int, split: str, rng: np.random.Generator) -> Drawn:
     names = [name for name in EFFECTS if name not in IN_STEPS]
     name = names[index % len(names)]
-    setting = _setting((name,), rng)
+    setting = _setting((name,), rng, common=True)  # 16 bits would show it
     truth = _grown(setting, CameraTruth(), name, rng, WEAK)
     return setting, truth, Answer("weak", optional=truth.values)
 
@@ -188,12 +189,16 @@ def _setting(
         kind = "common"
     if kind in ("deep", "linear") and "jpeg_compression" in effects:
         kind = "common"
+    bits = 16 if kind in ("deep", "linear") else 8
     sensor = Sensor(
         kernel=str(rng.choice(["cubic75", "cubic75", "cubic", "lanczos"])),
         linear=kind == "linear",
-        bits=16 if kind in ("deep", "linear") else 8,
-        sigma=rng.uniform(0.4, 0.6) / 255,
+        bits=bits,
+        sigma=rng.uniform(0.4, 0.6) / (2**bits - 1),  # what is more is read noise
     )
+    apart = rng.spawn(1)[0]
+    if apart.random() < UNLIKE:
+        sensor = _unlike(sensor, apart)
     form = Form("render" if rng.random() < 0.4 else "photo", kind == "grey", paired)
     if not paired:
         form = replace(form, count=2 * UNPAIRED_PICTURES)
@@ -204,6 +209,20 @@ def _setting(
     fine = FINE if rng.random() < 0.1 else 1
     geometry = Geometry(SIZE, SIZE, focal, focal, centre + off[0], centre + off[1], MARGIN, fine)
     return _drawn(form, geometry, sensor, rng)
+
+
+def _unlike(sensor: Sensor, rng: np.random.Generator) -> Sensor:
+    """As another maker has it: what the contract leaves open, and small imperfections that are no effect."""
+    return replace(
+        sensor,
+        kernel=str(rng.choice(["linear", "cubic", "lanczos"])),
+        sigma=sensor.sigma * rng.uniform(0.7, 1),
+        curve=str(rng.choice(["srgb", "power"])),
+        rounding=str(rng.choice(["nearest", "dithered"])),
+        disk=str(rng.choice(["even", "soft", "hexagon"])),
+        path=str(rng.choice(["even", "coarse"])),
+        uneven=float(rng.choice([0.0, 0.001])),
+    )
 
 
 def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Generator) -> CameraSetting:
@@ -355,6 +374,11 @@ def _notes(setting: CameraSetting, truth: CameraTruth) -> dict[str, object]:
         "content": setting.form.content,
         "paired": setting.form.paired,
         "kernel": setting.sensor.kernel,
+        "curve": setting.sensor.curve,
+        "rounding": setting.sensor.rounding,
+        "disk": setting.sensor.disk,
+        "path": setting.sensor.path,
+        "uneven": setting.sensor.uneven,
         "fine": setting.geometry.scale > 1,
         "grey": setting.form.grey,
         "linear": setting.sensor.linear,

@@ -96,14 +96,21 @@ def binned(pictures: Array, factor: int) -> Array:
 class Sensor:
     """What a camera is besides its effects: none of it is part of one."""
 
-    kernel: str = "lanczos"  # between the samples of the canvas: cubic, cubic75 or lanczos
+    kernel: str = "lanczos"  # between the samples of the canvas: linear, cubic, cubic75 or lanczos
     linear: bool = False  # whether pixel values are linear light
     bits: int = 8
     sigma: float = 0.5 / 255  # noise of coded values
+    curve: str = "srgb"  # of coded values, by which light is changed: srgb, or power (2.2)
+    rounding: str = "nearest"  # to the bits: nearest, or dithered
+    disk: str = "even"  # of a defocus: even, soft at its rim, or a hexagon
+    path: str = "even"  # of a motion: even, or coarse in its points
+    uneven: float = 0.0  # standard deviation of the pixels' gains
     extra: Mapping[str, Stage] = field(default_factory=dict)  # "optics", "sensor", "processing": a step of its own
 
 
 # -- light and kernels -----------------------------------------------------------------------------------------------
+
+POWER = 2.2
 
 
 def to_linear(coded: Array) -> Array:
@@ -117,9 +124,25 @@ def to_coded(light: Array) -> Array:
     return np.where(light <= 0.0031308, light * 12.92, 1.055 * np.maximum(light, 0.0031308) ** (1 / 2.4) - 0.055)
 
 
+def light_of(pictures: Array, sensor: Sensor) -> Array:
+    """Pixel values as linear light, by the sensor's curve."""
+    if sensor.linear:
+        return pictures
+    return np.maximum(pictures, 0.0) ** POWER if sensor.curve == "power" else to_linear(pictures)
+
+
+def values_of(light: Array, sensor: Sensor) -> Array:
+    """The inverse of `light_of`."""
+    if sensor.linear:
+        return light
+    return np.maximum(light, 0.0) ** (1 / POWER) if sensor.curve == "power" else to_coded(light)
+
+
 def interpolation_weights(distance: Array, kernel: str) -> Array:
-    """Weights of samples at this distance: Keys' cubic (a = -0.5, or -0.75) or Lanczos with three lobes."""
+    """Weights of samples at this distance: linear, Keys' cubic (a = -0.5, or -0.75) or Lanczos with three lobes."""
     d = np.abs(distance)
+    if kernel == "linear":
+        return np.maximum(1 - d, 0.0)
     if kernel == "lanczos":
         return np.where(d < 3, np.sinc(d) * np.sinc(d / 3), 0.0)
     a = -0.75 if kernel == "cubic75" else -0.5
@@ -163,18 +186,30 @@ def convolve(pictures: Array, kernel: Array) -> Array:
     return np.stack(filtered).reshape(pictures.shape)
 
 
-def disk(radius: float, fine: int = 24) -> Array:
-    """Share of each sample's square that a disk of this radius covers, by fine × fine points a sample."""
-    reach = math.ceil(radius + 0.5)
+def disk(radius: float, form: str = "even", fine: int = 24) -> Array:
+    """Share of each sample's square that a disk of this radius covers, by fine × fine points a sample.
+
+    `form`: even, soft (it fades over a tenth of the radius) or hexagon (the disk's area, an iris of six blades).
+    """
+    reach = math.ceil(1.2 * radius + 0.5)
     axis = (np.arange((2 * reach + 1) * fine) + 0.5) / fine - reach - 0.5
-    inside = (axis[None, :] ** 2 + axis[:, None] ** 2 <= radius**2).astype(np.float64)
+    away = np.hypot(axis[None, :], axis[:, None])
+    if form == "hexagon":
+        turns = np.radians([0, 60, 120])
+        across = [np.abs(axis[None, :] * np.cos(turn) + axis[:, None] * np.sin(turn)) for turn in turns]
+        inside = (np.max(across, axis=0) <= radius * math.sqrt(math.pi / (2 * math.sqrt(3)))).astype(np.float64)
+    elif form == "soft":
+        inside = 1 / (1 + np.exp(np.clip((away - radius) / (0.03 * radius), -50, 50)))
+    else:
+        inside = (away <= radius).astype(np.float64)
     size = 2 * reach + 1
     return inside.reshape(size, fine, size, fine).mean(axis=(1, 3))
 
 
-def path(length: float, angle: float, kernel: str) -> Array:
-    """The mean along a straight path, interpolated between samples by `kernel`."""
-    points = (np.arange(max(9, math.ceil(length * 16))) + 0.5) / max(9, math.ceil(length * 16)) - 0.5
+def path(length: float, angle: float, kernel: str, form: str = "even") -> Array:
+    """The mean along a straight path, interpolated between samples by `kernel`, at 16 points a sample or, coarse, 2."""
+    count = max(9, math.ceil(length * 16)) if form == "even" else max(3, math.ceil(length * 2))
+    points = (np.arange(count) + 0.5) / count - 0.5
     x, y = (length * points * trig(math.radians(angle)) for trig in (math.cos, math.sin))
     reach = math.ceil(length / 2) + 3
     axis = np.arange(-reach, reach + 1, dtype=np.float64)
@@ -221,7 +256,7 @@ def _fold(k1: float, k2: float, limit: float) -> float:
 
 
 def _in_light(pictures: Array, factor: Array | float, sensor: Sensor) -> Array:
-    return pictures * factor if sensor.linear else to_coded(to_linear(pictures) * factor)
+    return values_of(light_of(pictures, sensor) * factor, sensor)
 
 
 def optics(canvas: Array, values: Values, geometry: Geometry, sensor: Sensor) -> Array:
@@ -244,9 +279,9 @@ def optics(canvas: Array, values: Values, geometry: Geometry, sensor: Sensor) ->
         corner = ((geometry.width - 1) ** 2 + (geometry.height - 1) ** 2) / 4
         canvas = _in_light(canvas, np.maximum(1 - v["strength"] * (x**2 + y**2) / corner, 0)[..., None], sensor)
     if v := values.get("defocus_blur"):
-        canvas = convolve(canvas, disk(v["radius"] * geometry.scale))
+        canvas = convolve(canvas, disk(v["radius"] * geometry.scale, sensor.disk))
     if v := values.get("motion_blur"):
-        canvas = convolve(canvas, path(v["length"] * geometry.scale, v["angle"], sensor.kernel))
+        canvas = convolve(canvas, path(v["length"] * geometry.scale, v["angle"], sensor.kernel, sensor.path))
     return canvas
 
 
@@ -265,14 +300,14 @@ def read_out(pictures: Array, values: Values, sensor: Sensor, rng: np.random.Gen
     if v := values.get("low_resolution"):
         pictures = _coarser(pictures, v["factor"])
     if any(name in values for name in ("exposure", *NOISE)):
-        light = pictures if sensor.linear else to_linear(pictures)
+        light = light_of(pictures, sensor)
         light = light * 2.0 ** values.get("exposure", {}).get("stops", 0.0)
         if shot is not None and (v := values.get("shot_noise")):
             light = shot.poisson(np.maximum(light, 0) * v["full_well"]) / v["full_well"]
         light = np.clip(light, 0, 1)  # the well is full
         if read is not None and (v := values.get("read_noise")):
             light = light + read.normal(0, v["sigma"], light.shape)
-        pictures = np.clip(light, 0, 1) if sensor.linear else to_coded(np.clip(light, 0, 1))
+        pictures = values_of(np.clip(light, 0, 1), sensor)
     return pictures
 
 
@@ -296,9 +331,11 @@ def process(pictures: Array, values: Values) -> Array:
     return pictures
 
 
-def quantize(pictures: Array, bits: int) -> Array:
+def quantize(pictures: Array, bits: int, dither: np.random.Generator | None = None) -> Array:
     """Coded values [0, 1] to whole numbers of 8 or 16 bits."""
     full = 2**bits - 1
+    if dither is not None:
+        pictures = pictures + dither.uniform(-0.5, 0.5, pictures.shape) / full
     return np.round(np.clip(pictures, 0, 1) * full).astype(np.uint8 if bits == 8 else np.uint16)
 
 
@@ -333,6 +370,9 @@ def expose(canvas: Array, values: Values, geometry: Geometry, sensor: Sensor, rn
     """`photograph` up to what is compressed: whole numbers, as an encoder gets them."""
     extra = sensor.extra
     canvas = optics(canvas, values, geometry, sensor)
+    if sensor.uneven:  # of the pixels, the same whenever they are read
+        own = np.random.default_rng(0).normal(1, sensor.uneven, canvas.shape[1:])
+        canvas = canvas * own
     if "optics" in extra:
         canvas = extra["optics"](canvas, geometry)
     pictures = read_out(geometry.expose(canvas), values, sensor, rng)
@@ -343,7 +383,7 @@ def expose(canvas: Array, values: Values, geometry: Geometry, sensor: Sensor, rn
         pictures = extra["processing"](np.clip(pictures, 0, 1), geometry)
     if rng is not None:
         pictures = np.clip(pictures, 0, 1) + rng.normal(0, sensor.sigma, pictures.shape)
-    return quantize(pictures, sensor.bits)
+    return quantize(pictures, sensor.bits, rng if sensor.rounding == "dithered" else None)
 
 
 def compress(pictures: Array, values: Values, sensor: Sensor) -> Array:
