@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Axis, Hypothesis, Names, Samples, Segments
+from vision_s2r.fit.case import NOMINAL, Axis, Experiment, Hypothesis, Names, Samples, Segments
 
 T = np.linspace(0, 1, 200)
 CURVES = {
@@ -121,8 +121,8 @@ class Curves:
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         return {n: {"size": (v["size"] - 0.1, v["size"] + 0.1)} for n, v in hypothesis.values.items()}
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
-        return f"{len(rivals)} rivals, {len(not_excited)} not_excited"
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
+        return Experiment(f"{len(rivals)} rivals, {len(not_excited)} not_excited")
 
 
 def recording(seed: int, noise: float = 0.1, other: np.ndarray | None = None, **sizes: float) -> np.ndarray:

@@ -16,7 +16,7 @@ from vision_s2r.diagnose.simulator import settle
 def diagnosed(y: np.ndarray, **case: Any) -> dict[str, Any]:
     it = Curves(y, **case)
     assessor = Assessor(it, SearchConfig(), jobs=2, seed=0)
-    return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))
+    return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
 
 
 def names(found: dict[str, Any]) -> set[str]:

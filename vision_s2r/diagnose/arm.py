@@ -18,7 +18,7 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors, tip_errors
 from vision_s2r.fit.arm.payload import FoundPayload, PayloadFit
 from vision_s2r.fit.arm.problems import Problems, motions, problems
-from vision_s2r.fit.case import Values
+from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
 from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
@@ -86,7 +86,8 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
     values = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items()}
     found = settled.of_arm(values)
     written = _report(recording, settled, cfg)
-    return ArmDiagnosis.of(written, recording=recording, parts=settled.parts, found=found)
+    experiment = Experiment(written["next_experiment"], _commands(settled.parts))
+    return ArmDiagnosis.of(written, recording=recording, experiment=experiment, parts=settled.parts, found=found)
 
 
 def _settle(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
@@ -344,3 +345,22 @@ def _next(parts: Mapping[str, Mapping[str, Any]]) -> str:
         if part["next_experiment"]:
             wishes.setdefault(part["next_experiment"], []).append(name)
     return " ".join(f"{', '.join(names)}: {wish}" for wish, names in wishes.items())
+
+
+def _commands(parts: Mapping[str, Diagnosis]) -> dict[str, np.ndarray]:
+    """The experiments of all joints, one after the other, while the others are asked to stay."""
+    rest = {}
+    for name, part in parts.items():
+        assert isinstance(part.recording, JointRecording)
+        rest[name] = 0.5 * (np.nanmin(part.recording.command) + np.nanmax(part.recording.command))
+    columns: dict[str, list[np.ndarray]] = {}
+    count = 0
+    for name, part in parts.items():
+        if not part.experiment.commands:
+            continue
+        episode, t, command = part.experiment.commands.values()
+        held = {f"command.{other}": np.full(len(t), value) for other, value in rest.items()}
+        for key, values in ({"episode": episode + count, "t": t} | held | {f"command.{name}": command}).items():
+            columns.setdefault(key, []).append(values)
+        count += int(episode[-1]) + 1
+    return {key: np.concatenate(values) for key, values in columns.items()}

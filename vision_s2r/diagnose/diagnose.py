@@ -19,11 +19,11 @@ from vision_s2r.diagnose.simulator import Settled, settle
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
-from vision_s2r.fit.case import NOMINAL, Case
+from vision_s2r.fit.case import NOMINAL, Case, Experiment
 from vision_s2r.lazy import load
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
-from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read
+from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read, table
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.recording.robot import is_robot, read_robot
 from vision_s2r.report import GapReport, figures, write_html
@@ -31,6 +31,7 @@ from vision_s2r.report.drawing import Figures
 from vision_s2r.report.page import framed, html
 from vision_s2r.report.reading import library
 
+NEXT = "next_recording.csv"
 log = logging.getLogger(__name__)
 
 OfOneCase: TypeAlias = JointRecording | CameraRecording | ContactRecording  # an arm is of several
@@ -41,6 +42,7 @@ class SavedDiagnosis(GapReport):
     """A report that knows its recording, and can be saved with figures and a patch."""
 
     recording: Recording = field(repr=False)
+    experiment: Experiment = field(repr=False)  # to record next
 
     @property
     def patched(self) -> bool:
@@ -52,7 +54,9 @@ class SavedDiagnosis(GapReport):
         raise NotImplementedError
 
     def save(self, folder: Path | str) -> Path:
-        """Write report.json, report.html and patch/ into a folder, whole or not at all; returns the page's path.
+        """Write report.json, report.html, patch/ and the commands to run next, next_recording.csv, into a folder.
+
+        The folder is whole or not there at all; returns the page's path.
 
         What was in the folder is gone. Raises UserError where it cannot be written.
         """
@@ -62,6 +66,8 @@ class SavedDiagnosis(GapReport):
         try:
             write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
             write_html(report, self.plot(), making / "report.html")
+            if self.experiment.commands:
+                write(making / NEXT, table.text(self.experiment.commands))
             if self.patched:  # else the simulator stays as it came
                 write_patch(report, self.recording, making / "patch")
             shutil.rmtree(folder, ignore_errors=True)
@@ -118,13 +124,13 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
         settled = settle(case, assessor, Search(case, assessor).run())
-        written = report(case, assessor, settled)
+        written, experiment = report(case, assessor, settled)
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":
         with case.session():
             written |= {"light": case.light(settled.simulator.hypothesis)}
-    return Diagnosis.of(written, recording=recording, case=case, settled=settled)
+    return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
 
 
 def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled: Settled) -> dict[str, Any]:

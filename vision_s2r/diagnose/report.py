@@ -8,7 +8,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, Simulator
-from vision_s2r.fit.case import Case, Hypothesis, Names
+from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
@@ -18,14 +18,15 @@ NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
 MORE = "Record more of it, under conditions that differ more from each other than these."
 
 
-def report(case: Case, assessor: Assessor, settled: Settled) -> dict[str, Any]:
-    """Everything that the diagnosis says, as plain data."""
+def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, Any], Experiment]:
+    """Everything that the diagnosis says, as plain data, and the recording to make next."""
     found, simulator, gap = settled.found, settled.simulator, settled.gap
     effects = [_effect(case, assessor, settled, name) for name in sorted(found.effects)]
     equivalent = _equivalent(case, assessor, found)
     not_excited = {name: why for name, why in case.not_excited.items() if name not in found.effects}
     said = verdict(assessor, settled)
-    return {
+    experiment = _next(case, assessor, found, equivalent, sorted(not_excited), said)
+    written = {
         "format": FORMAT,
         "kind": case.kind,
         "verdict": said,
@@ -38,8 +39,9 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> dict[str, Any]:
         "candidates": _candidates(case, assessor, settled, equivalent, said),
         "alternatives": _alternatives(case, assessor, found),
         "unexplained": _unexplained(case, assessor, settled, said),
-        "next_experiment": _next(case, assessor, found, equivalent, sorted(not_excited), said),
+        "next_experiment": experiment.sentence,
     }
+    return written, experiment
 
 
 def verdict(assessor: Assessor, settled: Settled) -> str:
@@ -175,7 +177,7 @@ def _undecided(case: Case, assessor: Assessor, found: Found) -> dict[str, float]
 
 def _next(
     case: Case, assessor: Assessor, found: Found, equivalent: list[Assessment], not_excited: list[str], said: str
-) -> str:
+) -> Experiment:
     """The recording to make next; where the gap is unexplained, one that tells its likeliest explanations apart.
 
     It is empty only where nothing is left open.
@@ -183,7 +185,8 @@ def _next(
     rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
     if said == "unexplained":
         rivals += _likeliest(case, assessor, found)
-    return case.experiment(rivals, not_excited) or (MORE if said in OPEN else "")
+    found_next = case.experiment(rivals, not_excited)
+    return found_next if found_next.sentence or said not in OPEN else Experiment(MORE)
 
 
 def _likeliest(case: Case, assessor: Assessor, found: Found) -> list[Hypothesis]:

@@ -51,6 +51,15 @@ class Samples:
     axes: tuple[Axis, ...]
 
 
+@dataclass(frozen=True)
+class Experiment:
+    """A recording to make."""
+
+    sentence: str  # with numbers
+    # Of the table that a person can run, columns [N] by name, t (s) among them; empty where there is none to run.
+    commands: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
 class Case(Protocol):
     """A recording beside its simulator: predict it under effects, and score the prediction.
 
@@ -161,8 +170,8 @@ class Case(Protocol):
         """95 % of every parameter of `values`, from all segments, honest where residuals depend on each other."""
         ...
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
-        """The recording to make next, in a sentence with numbers; empty where none is needed.
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
+        """The recording to make next; its sentence is empty where none is needed.
 
         It tells the rivals apart: the candidate whose predictions under them differ most. And it excites the
         `not_excited` effects.

@@ -39,7 +39,7 @@ def identify(recording: JointRecording, cfg: IdentifyConfig | None = None) -> Id
     found = identifiable(case, wanted, asked)
     if not found.fitted.values:
         why = "; ".join(f"{name}: {reason.why}" for name, reason in found.left.items())
-        raise UserError(f"nothing can be identified ({why}). {case.experiment([], sorted(found.left))}")
+        raise UserError(f"nothing can be identified ({why}). {case.experiment([], sorted(found.left)).sentence}")
     whole, plain = _methods(known, case, found.fitted, cfg)
     estimate = whole.estimate()
     segments = range(case.segments)

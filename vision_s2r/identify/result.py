@@ -59,7 +59,7 @@ def content(found: "Identified") -> dict[str, Any]:
         "gap": _gap(found),
         **found.errors,
         **({"validation": found.validation} if found.validation else {}),
-        "next_experiment": found.case.experiment([], sorted(curable)),
+        "next_experiment": found.case.experiment([], sorted(curable)).sentence,
     }
 
 

@@ -25,6 +25,7 @@ from vision_s2r.files import write
 from vision_s2r.imports.drives import known_drive
 from vision_s2r.imports.table import ImportOptions, Table
 from vision_s2r.recording.header import FORMAT
+from vision_s2r.recording.table import text as table_text
 
 # What a recording of an arm calls what one of a joint has under control, and under nominal.
 LAW = {"proportional_gain": "proportional", "derivative_gain": "derivative", "torque_limit": "limit"}
@@ -161,9 +162,7 @@ def _write(
             columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
     step = float(np.median(np.diff(columns["t"])))
     head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, "joints": drives}
-    rows = np.stack(list(columns.values()), axis=1)
-    body = "\n".join(",".join([f"{row[0]:.0f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows)
-    write(folder / "arm.csv", ",".join(columns) + "\n" + body + "\n")
+    write(folder / "arm.csv", table_text(columns))
     write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
     shutil.copy(model.path, folder / model.path.name)
     signs = {1: "+", -1: "−"}
@@ -171,7 +170,7 @@ def _write(
         f"{placed.names[name]} is {signs[placed.sign[name]]}{name} {placed.zero[name]:+.3f} rad: {placed.why[name]}"
         for name in placed.names
     ]
-    summary = {"rows": len(rows), "explained": placed.explained, "joints": lines}
+    summary = {"rows": len(columns["t"]), "explained": placed.explained, "joints": lines}
     write(folder / "import.json", json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
     return summary
 

@@ -18,6 +18,7 @@ from vision_s2r.imports.table import ImportOptions, Table
 from vision_s2r.recording import JointRecording, read
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import COLUMNS
+from vision_s2r.recording.table import text as table_text
 
 SOURCES: dict[str, Callable[[Path, ImportOptions], list[Table]]] = {
     "sage": sage.load,
@@ -84,8 +85,7 @@ def _write(table: Table, folder: Path, options: ImportOptions) -> Imported:
     columns = [name for name in COLUMNS if name in table.columns]
     rows = np.stack([table.columns[name] for name in columns], axis=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    body = "\n".join(",".join([f"{row[0]:.0f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows)
-    write(folder / "joint.csv", ",".join(columns) + "\n" + body + "\n")
+    write(folder / "joint.csv", table_text(dict(zip(columns, rows.T, strict=True))))
     write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
     recording = read(folder, hold_out=False)
     assert isinstance(recording, JointRecording)

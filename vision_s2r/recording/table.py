@@ -59,6 +59,13 @@ def check_names(
         raise UserError(f"{path}: missing column {', '.join(missing)}")
 
 
+def text(columns: Mapping[str, np.ndarray]) -> str:
+    """The file of columns [rows] by name, the first a whole number."""
+    rows = zip(*columns.values(), strict=True)
+    lines = (",".join([f"{row[0]:.0f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows)
+    return "\n".join([",".join(columns), *lines]) + "\n"
+
+
 def check_values(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:
     """UserError for the first value that is no finite number."""
     for name, column in columns.items():

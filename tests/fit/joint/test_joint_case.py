@@ -71,7 +71,7 @@ def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path
 def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> None:
     sealed("null", 0, tmp_path)
     case = open_case(read(tmp_path))
-    asked = case.experiment([], sorted({*case.not_excited, "torque_saturation"}))
+    asked = case.experiment([], sorted({*case.not_excited, "torque_saturation"})).sentence
     assert "deadband" in case.not_excited and "torque_saturation" in asked
     assert not any(word in asked for word in ("target", "gain", "deadband", "velocity_limit", "acceleration_limit"))
 

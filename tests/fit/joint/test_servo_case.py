@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import JOINT_EFFECTS, Nominal, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
 
@@ -43,6 +43,33 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4):
     return JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(5)), t)
 
 
+def run(target, effects, rate):
+    """A recording of these targets [E, T]."""
+    time = np.arange(target.shape[1]) / rate * np.ones((len(target), 1))
+    first = np.stack([target[:, 0], np.zeros(len(target))], axis=1)
+    machine = pack(Nominal(**NOMINAL), effects)[None]
+    states = simulate(machine, target, first, 1 / rate, times=time, substeps=round(4000 / rate))[0]
+    position = states[..., 0] + 2e-4 * np.random.default_rng(1).standard_normal(target.shape)
+    lengths = np.full(len(target), target.shape[1])
+    return JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(len(target))), time)
+
+
+def test_the_experiment_that_is_asked_for_shows_what_was_not_excited(tmp_path):
+    limit = {"torque_speed_limit": {"stall": 1.4, "no_load_speed": 6.0}}
+    gentle = 0.6 * np.sin(np.array([[0.8], [1.2], [1.6], [2.0], [0.5]]) * np.arange(300) * 0.02)
+    few = [each.name for each in JOINT_EFFECTS if each.name not in (*limit, *NOMINAL, "latency")]  # for time's sake
+    first = diagnose(run(gentle, limit, 50.0), DiagnoseConfig(withhold=few))
+    states = {line.name: line.status for line in first.candidates}
+    assert states["torque_speed_limit"] == "not_excited" and "show torque_speed_limit" in first.next_experiment
+    asked = np.loadtxt(first.save(tmp_path / "report").parent / "next_recording.csv", delimiter=",", skiprows=1)
+    target = asked[:, 2].reshape(int(asked[-1, 0]) + 1, -1)
+    assert np.abs(target).max() <= 0.6
+    case = open_case(run(target, limit, 50.0))
+    name = frozenset({"torque_speed_limit"})
+    found = case.fit(case.refitted | name, range(case.segments), None).values["torque_speed_limit"]
+    assert found == pytest.approx(limit["torque_speed_limit"], rel=0.02)
+
+
 def test_a_perfect_servo_has_no_gap():
     report = diagnose(a_servo(25.0, {}), DiagnoseConfig()).to_dict()
     assert report["verdict"] == "no_gap" and not report["effects"]
@@ -57,8 +84,9 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.013, rel=0.02)
     states = {line["name"]: line["status"] for line in report["candidates"]}
     assert states["torque_constant"] == "not_excited" and states["deadband"] != "not_excited"
-    asked = diagnosis.case.experiment([Hypothesis(), diagnosis.settled.simulator.hypothesis], ["torque_saturation"])
-    assert "arget in steps of" in asked and "rad about" in asked and "positions then differ" in asked
+    rivals = [diagnosis.settled.simulator.hypothesis, Hypothesis()]
+    asked = diagnosis.case.experiment(rivals, ["position_offset"]).sentence
+    assert "tells latency from without latency" in asked and "would show position_offset" in asked
     again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])["gap"]
     assert {key: report["gap"][key] for key in again} == again
     rows = np.loadtxt(tmp_path / "replay.csv", delimiter=",", skiprows=1)

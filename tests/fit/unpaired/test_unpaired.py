@@ -30,7 +30,7 @@ def diagnosed(pictures: CameraRecording, without: Sequence[str] = ()) -> dict[st
     case = case_of(pictures, without)
     assessor = Assessor(case, LIMITS, 1, 0)
     with case.session():
-        return report(case, assessor, settle(case, assessor, Search(case, assessor).run()))
+        return report(case, assessor, settle(case, assessor, Search(case, assessor).run()))[0]
 
 
 def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:

@@ -28,7 +28,7 @@ from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
-from vision_s2r.fit.case import Hypothesis, Names, Samples, Segments, Values, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
 
@@ -399,11 +399,11 @@ class CameraCase:
                 self._spreads[key] = spread(self._target, self.study, hypothesis.values)
         return self._spreads[key]
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """What to photograph next."""
         from vision_s2r.fit.camera.experiment import advise
 
-        return advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited})
+        return Experiment(advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited}))
 
 
 def _key(hypothesis: Hypothesis) -> tuple[object, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.contact import uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
@@ -174,7 +174,7 @@ class ContactCase:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next."""
         names = list(not_excited)
         for rival in rivals[1:]:
@@ -185,4 +185,4 @@ class ContactCase:
             if name in CONTACT_FITS
         ]
         text = "; ".join(wishes[:4])
-        return f"{text[0].upper()}{text[1:]}." if text else ""
+        return Experiment(f"{text[0].upper()}{text[1:]}." if text else "")

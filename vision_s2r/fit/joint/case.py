@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS
 from vision_s2r.fit.joint.effect import JOINT_FITS
@@ -323,10 +323,10 @@ class JointCase:
                 self._scores[key] = found
         return self._scores[key]
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next, for the drive that it has: what a servo alone can show is asked of servos."""
         wanted = [name for name in not_excited if name not in self._apart]
-        return experiment(self._fitter, rivals, wanted, self.noise)
+        return experiment(self._fitter, rivals, wanted, self._expected / self._temper)
 
     def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
         """Effects of the hypothesis that the recording could not have shown beside its others, and why."""

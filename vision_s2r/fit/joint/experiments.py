@@ -1,105 +1,248 @@
-"""The recording to make next: commands that rivals would answer differently, or that excite what was not_excited."""
+"""The recording to make next: commands that rivals would answer differently, or that excite what was not excited.
+
+Candidates are simulated under the hypothesis, under its rivals, and with each effect in question at a plausible size.
+What counts is the difference that the hypothesis' own parameters could not imitate, in nats (to first order; the design
+of experiments by discrimination, Hunter and Reiner 1965). Chosen one after the other are those that settle most of the
+questions, of those that stay in the range that the joint had.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.case import Experiment, Hypothesis, Names
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
-from vision_s2r.fit.joint.track import Track
-from vision_s2r.joint import simulate
+from vision_s2r.fit.joint.space import Space
+from vision_s2r.joint import DYNAMICS, simulate
 
-SECONDS = 8.0
+SECONDS = 8.0  # of an episode
+EPISODES = 3
+SHARES = (0.1, 0.3, 1.0)  # of the largest command of the recording
+DECISIVE = 20.0  # nats that settle a question
+LEAST = 0.05  # of a question, about, that one more episode should settle
+ROOM, FASTER = 1.25, 4.0  # times the range and the largest speed of the recording: as far as an experiment goes
+ABOUT_ZERO = 0.01  # of the largest command: a centre of less is none
+WISHES = 4
 
 
-def excitations(peak: float, sample_time: float) -> dict[str, np.ndarray]:
-    """Candidate commands [samples] about zero, by what they are called."""
-    t = np.arange(round(SECONDS / sample_time)) * sample_time
-    top = 0.1 / sample_time
-    noise = np.random.default_rng(0)
-    found: dict[str, np.ndarray] = {}
-    for share in (0.3, 1.0):
-        a = share * peak
-        found |= {
-            f"steps of ±{a:.3g} {{unit}} every second": a * np.sign(np.sin(np.pi * t + 1e-9)),
-            f"a sine of {a:.3g} {{unit}} at 0.25 Hz": a * np.sin(0.5 * np.pi * t),
-            f"a chirp of {a:.3g} {{unit}} from 0.2 to {top:.3g} Hz": a
-            * np.sin(2 * np.pi * (0.2 * t + (top - 0.2) * t**2 / (2 * SECONDS))),
-            f"random steps of {a:.3g} {{unit}}, a new one every sample": a * noise.uniform(-1, 1, len(t)),
-            f"a constant {a:.3g} {{unit}}, then as much backward": a * np.where(t < SECONDS / 2, 1.0, -1.0),
+@dataclass(frozen=True)
+class Design:
+    """The experiments that a drive can make."""
+
+    unit: str  # of a command
+    quantity: str  # target, current, torque or force
+    effort: str
+    length: str  # unit of a position
+    start: float  # position
+    centre: float
+    peak: float  # the largest command about the centre
+    sample_time: float
+
+    @property
+    def words(self) -> dict[str, str | float]:
+        """For the sentences of `excited_by`."""
+        servo = self.quantity == "target"
+        unit = f"{self.unit} about {self.centre:.3g} {self.unit}" if self.centre else self.unit
+        return {
+            "unit": unit,
+            "quantity": self.quantity,
+            "effort": self.effort,
+            "peak": self.peak if servo else 1.5 * self.peak,
+            "slow": 0.2,
+            "rate": 2.0,
+            "fast": 0.2 / self.sample_time,
         }
-    return found
+
+    def candidates(self) -> dict[str, np.ndarray]:
+        """Commands [samples] by what they are called."""
+        t = np.arange(round(SECONDS / self.sample_time)) * self.sample_time
+        top = 0.1 / self.sample_time
+        noise = np.random.default_rng(0)
+        held = noise.uniform(-1, 1, len(t))[(t / 0.25).astype(int)]
+        chirp = np.sin(2 * np.pi * (0.2 * t + (top - 0.2) * t**2 / (2 * SECONDS)))
+        unit = self.words["unit"]
+        found: dict[str, np.ndarray] = {}
+        for share in SHARES:
+            a = share * self.peak
+            found |= {
+                f"steps of ±{a:.3g} {unit} every second": a * np.sign(np.sin(np.pi * t + 1e-9)),
+                f"a sine of {a:.3g} {unit} at 0.25 Hz": a * np.sin(0.5 * np.pi * t),
+                f"a sine of {a:.3g} {unit} at 2 Hz": a * np.sin(4 * np.pi * t),
+                f"a chirp of {a:.3g} {unit} from 0.2 to {top:.3g} Hz": a * chirp,
+                f"random steps of {a:.3g} {unit}, a new one every sample": a * noise.uniform(-1, 1, len(t)),
+                f"random steps of {a:.3g} {unit}, a new one every 0.25 s": a * held,
+                f"a constant {a:.3g} {unit}, then as much backward": a * np.where(t < SECONDS / 2, 1.0, -1.0),
+            }
+        return {name: command + self.centre for name, command in found.items()}
 
 
-def experiment(fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], noise: np.ndarray) -> str:
-    """One sentence, or two; empty where nothing is to be told apart and nothing was not_excited.
+@dataclass(frozen=True)
+class _Question:
+    """What an experiment is to settle, and how far each candidate does [C], nats."""
 
-    Commands are what this recording's drive takes: current, torque or force, or the targets of a position servo, which
-    stay in the range that they had.
+    name: str  # of an effect that was not excited, or of a rival
+    rival: bool
+    nats: np.ndarray
+
+
+def experiment(
+    fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], variance: np.ndarray
+) -> Experiment:
+    """What to record next, in a sentence or two, and the commands to run.
+
+    `rivals`: the hypothesis first. `variance` [channels]: of the residual, an effective sample. Empty where nothing is
+    to be told apart and nothing was not excited.
     """
+    design = _design(fitter)
+    base = rivals[0] if rivals else Hypothesis()
+    asked = [name for name in not_excited if JOINT_FITS[name].excited_by]
+    sentences, columns, shown = [], {}, set()
+    if len(rivals) > 1 or asked:
+        candidates = design.candidates()
+        questions, speeds = _questions(fitter, design, base, rivals[1:], asked, variance)
+        chosen = _chosen(questions, np.isfinite(speeds))
+        if chosen:
+            fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
+            sentences.append(_told([list(candidates)[k] for k in chosen], fast) + _settled(chosen, questions, base))
+            columns = _columns(np.array(list(candidates.values()))[chosen], design)
+            settled = {q.name for q in questions if q.nats[chosen].sum() >= DECISIVE}
+            shown = {name for name in asked if name in settled}
+    wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
+    wishes = [wish for wish, name in zip(wishes, asked, strict=True) if name not in shown]
+    if wishes:
+        sentences.append("; ".join(wishes[:WISHES]).capitalize() + ".")
+    return Experiment(" ".join(sentences), columns)
+
+
+def _design(fitter: JointFitter) -> Design:
     track = fitter.track
     low, high = float(track.command.min()), float(track.command.max())
     centre, peak = (0.5 * (low + high), 0.5 * (high - low)) if track.servo else (0.0, max(-low, high))
-    words = _words(track, centre, peak or 1.0)
-    sentences = []
-    if len(rivals) > 1:
-        sentences.append(_telling_apart(fitter, rivals, noise, centre, peak or 1.0).format(**words))
-    asked = {name: JOINT_FITS[name].excited_by for name in not_excited}
-    wishes = [motion.format(**words) + f" would show {name}" for name, motion in asked.items() if motion]
-    if wishes:
-        sentences.append("; ".join(wishes[:4]).capitalize() + ".")
-    return " ".join(sentences)
-
-
-def _words(track: Track, centre: float, peak: float) -> dict[str, str | float]:
+    centre = centre if abs(centre) > ABOUT_ZERO * peak else 0.0
     linear = track.units == "linear"
-    effort = "force" if linear else "torque"
+    effort, length = ("force", "m") if linear else ("torque", "rad")
     if track.servo:
-        length = "m" if linear else "rad"
-        quantity, unit = "target", f"{length} about {centre:.3g} {length}"
+        quantity, unit = "target", length
     elif track.nominal.torque_constant != 1:
         quantity, unit = "current", "A"
     else:
         quantity, unit = effort, "N" if linear else "N·m"
-    return {
-        "unit": unit,
-        "quantity": quantity,
-        "effort": effort,
-        "peak": peak if track.servo else 1.5 * peak,
-        "slow": 0.2,
-        "rate": 2.0,
-        "fast": 0.2 / track.sample_time,
-    }
+    start = centre if track.servo else float(np.median(track.first[:, 0]))
+    return Design(unit, quantity, effort, length, start, centre, peak or 1.0, track.sample_time)
 
 
-def _telling_apart(
-    fitter: JointFitter, rivals: Sequence[Hypothesis], noise: np.ndarray, centre: float, peak: float
-) -> str:
-    track = fitter.track
-    commands = excitations(peak, track.sample_time)
-    states = []
-    for rival in rivals:
-        space = fitter.space(names_of(rival))
-        point = space.start(rival)
-        rows = space.machines(point[None])
-        states.append(
-            simulate(
-                rows,
-                np.array(list(commands.values())) + centre,
-                np.tile([centre if track.servo else 0.0, 0.0], (len(commands), 1)),
-                track.sample_time,
-                substeps=fitter.observer.substeps,
-                tables=space.tables,
-                threads=1,
-            )[0]
+def _questions(
+    fitter: JointFitter,
+    design: Design,
+    base: Hypothesis,
+    rivals: Sequence[Hypothesis],
+    names: Sequence[str],
+    variance: np.ndarray,
+) -> tuple[list[_Question], np.ndarray]:
+    """What is open, and of each candidate [C] its peak speed; inf where it leaves the range of the recording."""
+    track, channel = fitter.track, 0 if fitter.track.velocity is None else 1
+    command = np.array(list(design.candidates().values()))
+    first = np.tile([design.start, 0.0], (len(command), 1))
+
+    def run(space: Space, points: np.ndarray) -> np.ndarray:
+        return simulate(
+            space.machines(points),
+            command,
+            first,
+            design.sample_time,
+            substeps=fitter.observer.substeps,
+            tables=space.tables,
+            threads=1,
         )
-    channel = 0 if track.velocity is None else 1
-    shown = np.array(states)[..., channel]
-    spread = np.min([np.sqrt(np.mean((shown[0] - other) ** 2, axis=1)) for other in shown[1:]], axis=0)
-    best = int(np.argmax(spread))
-    unit = ("m" if track.units == "linear" else "rad") + ("/s" if channel else "")
-    return (
-        f"Record {list(commands)[best]}: the rivals' {'velocities' if channel else 'positions'} then differ by "
-        f"{spread[best]:.2g} {unit} (rms) where the noise is {np.sqrt(noise[channel]):.2g}."
-    )
+
+    nominal = {name for name in DYNAMICS if getattr(track.nominal, name) is not None}
+    space = fitter.space(names_of(base) | nominal)
+    points, steps = space.differences(space.start(base))
+    states = run(space, points)
+    plain, slopes = states[0], (states[1:, ..., channel] - states[0, ..., channel]) / steps[:, None, None]
+
+    def question(other: Hypothesis, name: str, free: Names, rival: bool) -> _Question:
+        theirs = fitter.space(names_of(other))
+        change = run(theirs, theirs.start(other)[None])[0, ..., channel] - plain[..., channel]
+        basis = slopes[[owner in free for owner in space.owner]]
+        return _Question(name, rival, _nats(change, basis, weight))
+
+    weight = 1 / variance[channel]
+    row = space.row(points[0])
+    questions = []
+    for rival in rivals:
+        apart = sorted(names_of(rival) - names_of(base)) or ["without " + each for each in sorted(names_of(base))]
+        questions.append(question(rival, " and ".join(apart), names_of(base), True))
+    for name in names:
+        fit = JOINT_FITS[name]
+        size = fit.plausible(track, row) if fit.plausible else None
+        if size is not None:
+            there = Hypothesis({**base.values, name: size}, base.extra)
+            questions.append(question(there, name, (names_of(base) | nominal) - {name}, False))
+    return questions, _speeds(fitter, plain)
+
+
+def _nats(change: np.ndarray, basis: np.ndarray, weight: float) -> np.ndarray:
+    """Of each candidate [C]: of a change [C, T], what the slopes [D, C, T] cannot imitate."""
+    found = np.zeros(len(change))
+    for c, each in enumerate(np.nan_to_num(change)):
+        slopes = np.nan_to_num(basis[:, c]).T
+        slopes = slopes / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+        rest = each - slopes @ np.linalg.lstsq(slopes, each, rcond=1e-9)[0]
+        found[c] = 0.5 * weight * float(rest @ rest)
+    return found
+
+
+def _speeds(fitter: JointFitter, states: np.ndarray) -> np.ndarray:
+    """The peak speed [C] of states [C, T, 2], inf of those that leave the range of the recording."""
+    scales, position = fitter.track.scales, fitter.track.position
+    middle = 0.5 * float(np.nanmax(position) + np.nanmin(position))
+    far = np.abs(states[..., 0] - middle).max(axis=1)
+    fast = np.abs(states[..., 1]).max(axis=1)
+    inside = (far <= ROOM * 0.5 * scales.span) & (fast <= FASTER * scales.peak_speed)
+    return np.where(inside, fast, np.inf)
+
+
+def _chosen(questions: Sequence[_Question], allowed: np.ndarray) -> list[int]:
+    """The candidates that together settle most, the most telling first."""
+    chosen: list[int] = []
+    if not questions:
+        return chosen
+    nats = np.array([question.nats for question in questions]) * allowed  # [Q, C]
+    worth = np.array([len(questions) if question.rival else 1.0 for question in questions])
+
+    for _ in range(EPISODES):
+        total = nats[:, chosen].sum(axis=1, keepdims=True)
+        gains = worth @ (np.log1p((total + nats) / DECISIVE) - np.log1p(total / DECISIVE))
+        gains[chosen] = 0.0
+        if gains.max() < LEAST:
+            break
+        chosen.append(int(np.argmax(gains)))
+    return chosen
+
+
+def _told(names: Sequence[str], fast: str) -> str:
+    """What to record."""
+    return f"Record {', then '.join(names)}, {SECONDS:g} s each, up to {fast}: next_recording.csv holds the commands."
+
+
+def _settled(chosen: Sequence[int], questions: Sequence[_Question], base: Hypothesis) -> str:
+    """What it would settle, in a sentence that begins with a blank; none for nothing."""
+    totals = [(question, float(question.nats[list(chosen)].sum())) for question in questions]
+    own = ", ".join(sorted(names_of(base))) or "nominal values"
+    parts = [f"tells {own} from {question.name} ({nats:.2g} nats)" for question, nats in totals if question.rival]
+    shown = [question.name for question, nats in totals if not question.rival and nats >= DECISIVE]
+    parts += [f"would show {', '.join(shown)}"] if shown else []
+    return f" It {' and '.join(parts)}." if parts else ""
+
+
+def _columns(commands: np.ndarray, design: Design) -> dict[str, np.ndarray]:
+    """The table of an experiment, from its commands [episodes, samples]."""
+    count, samples = commands.shape
+    return {
+        "episode": np.repeat(np.arange(count), samples).astype(float),
+        "t": np.tile(np.arange(samples) * design.sample_time, count),
+        design.quantity: commands.ravel(),
+    }

@@ -12,7 +12,7 @@ from vision_s2r.effects import Effect, Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
-from vision_s2r.fit.case import Axis, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import Axis, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.intervals import intervals
 from vision_s2r.fit.unpaired.reference import Reference, reference
@@ -188,7 +188,7 @@ class UnpairedCase:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
 
-    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> str:
+    def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """How many more pictures tell the rivals apart, and what pairs would show."""
         advice = []
         for rival in rivals[1:2]:
@@ -207,7 +207,7 @@ class UnpairedCase:
                 f"To see {', '.join(not_excited)}: pairs, at least 16 scenes that the simulator renders from the "
                 "camera's own pose."
             )
-        return " ".join(advice)
+        return Experiment(" ".join(advice))
 
     def _free(self, names: Names) -> np.ndarray:
         """The statistics [K] (bool) that the discrepancies among these names move."""
