@@ -12,12 +12,19 @@ from vision_s2r.joint import benchmark as joint_benchmark
 from vision_s2r.pipeline import pairs
 from vision_s2r.render import Views
 from vision_s2r.render import benchmark as render_benchmark
+from vision_s2r.render import scale as scale_benchmark
 from vision_s2r.translate import benchmark as translate_benchmark
 
 
 def render(cfg: Config) -> None:
     """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
     render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.render.views, cfg.seed)
+
+
+def scale(cfg: Config) -> Path:
+    """What a million scenes cost on one node, ten and a hundred."""
+    sets = {"labelled grasps": cfg.data.train, "pairs of pictures": cfg.data.pairs}
+    return scale_benchmark.run(cfg.scene, sets, Path(cfg.out))
 
 
 def translate(cfg: Config) -> None:

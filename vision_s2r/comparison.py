@@ -3,9 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
-import joblib
-
-from vision_s2r import pipeline
+from vision_s2r import parallel, pipeline
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError, nearest
@@ -39,9 +37,8 @@ def few_real_grasps(cfg: Config) -> Path:
             raise UserError(f"finetune.starts: no row '{name}' in evaluate.rows, {nearest(name, found)}")
     starts = {name: Start(found[name].policy, found[name].translator) for name in cfg.finetune.starts}
     out = Path(cfg.out) / "finetune"
-    return finetune(
-        cfg.finetune, starts, pipeline.recorded(cfg), cfg.grasp, cfg.evaluate, pipeline.test_scene(cfg), out, cfg.jobs
-    )
+    recorded, scene = pipeline.recorded(cfg), pipeline.test_scene(cfg)
+    return finetune(cfg.finetune, starts, recorded, cfg.grasp, cfg.evaluate, scene, out, cfg.jobs, cfg.backend)
 
 
 def trained(cfg: Config) -> Config:
@@ -67,8 +64,8 @@ def _evaluation(cfg: EvaluateConfig, policies: list[str], released: list[list[Re
 
 def _trained(cfg: Config, methods: dict[str, Train], policies: list[str]) -> list[list[Released]]:
     """Every method with every seed, `cfg.jobs` at a time."""
-    calls = [joblib.delayed(_one)(name, cfg, k, policies[k]) for name in methods for k in range(cfg.seeds)]
-    found = joblib.Parallel(n_jobs=cfg.jobs)(calls)
+    calls = ((name, cfg, k, policies[k]) for name in methods for k in range(cfg.seeds))
+    found = list(parallel.run(_one, calls, cfg.jobs, cfg.backend))
     return [found[k * cfg.seeds : (k + 1) * cfg.seeds] for k in range(len(methods))]
 
 

@@ -12,6 +12,7 @@ from vision_s2r.finetune.config import FinetuneConfig
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.grasp.student_config import StudentConfig
 from vision_s2r.options import option
+from vision_s2r.parallel import backend_option
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.scene.config import SceneConfig
 from vision_s2r.translate.config import BenchmarkConfig, TranslateConfig
@@ -52,6 +53,7 @@ class Config:
     seeds: int = option(1, "How many trainings (seed, seed + 1, …) of each network.", low=1)
     with_baseline: bool = option(True, "Whether the baseline and its student are trained and evaluated too.")
     jobs: int = option(1, "Trainings at a time; they share the processor's cores.", low=1)
+    backend: str = backend_option()
     out: str = option("outputs/full", "The folder that this run writes to.")
     scene: SceneConfig = option(SceneConfig, "The bin, the arm and what lies there.")
     render: RenderConfig = option(RenderConfig, "What `vision-s2r render` renders.")

@@ -4,8 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import joblib
-
+from vision_s2r import parallel
 from vision_s2r.adapt import Adapted, train_adapted
 from vision_s2r.camera import Camera
 from vision_s2r.camera.presets import preset
@@ -85,8 +84,8 @@ def canonical_policies(cfg: Config) -> list[str]:
 
 def _train_all(cfg: Config, trainings: dict[str, Training]) -> Checkpoints:
     seeds = range(cfg.seed, cfg.seed + cfg.seeds)
-    calls = (joblib.delayed(_logged)(training, cfg, seed) for training in trainings.values() for seed in seeds)
-    paths = [str(path) for path in joblib.Parallel(n_jobs=cfg.jobs)(calls)]
+    calls = ((training, cfg, seed) for training in trainings.values() for seed in seeds)
+    paths = [str(path) for path in parallel.run(_logged, calls, cfg.jobs, cfg.backend)]
     return {name: paths[k * cfg.seeds : (k + 1) * cfg.seeds] for k, name in enumerate(trainings)}
 
 

@@ -5,11 +5,12 @@ import logging
 from dataclasses import replace
 from pathlib import Path
 
-from vision_s2r import pipeline
+from vision_s2r import parallel, pipeline
 from vision_s2r.ablation import job, picture
 from vision_s2r.ablation.config import AblationStudyConfig, check
 from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.cli import compose, log_to_terminal, run
+from vision_s2r.progress import tracked
 
 log = logging.getLogger(__name__)
 NAME = "ablation"  # of the configuration, and of what is written
@@ -24,7 +25,12 @@ def ablate(arguments: list[str]) -> Path | None:
         run(job.run, AblationStudyConfig, NAME, arguments)
         return None
     cfg = prepared(compose(AblationStudyConfig, NAME, arguments))
-    run(job.run, AblationStudyConfig, NAME, ["--multirun", *arguments, *sweep(cfg)])
+    if cfg.backend == "ray":
+        every = [(each,) for seeds in job.jobs(cfg).values() for each in seeds]
+        for _ in tracked(parallel.run(job.run, every, cfg.jobs, cfg.backend, ordered=False), len(every), "jobs"):
+            pass
+    else:
+        run(job.run, AblationStudyConfig, NAME, ["--multirun", *arguments, *sweep(cfg)])
     return finish(cfg)
 
 

@@ -347,6 +347,14 @@ _ALL = (
         keys=("render", "scene"),
     ),
     Command(
+        "benchmark scale",
+        SPEED,
+        "What a million scenes cost, on one node, ten and a hundred",
+        "vision_s2r.benchmarks:scale",
+        keys=("data", "scene"),
+        result="table",
+    ),
+    Command(
         "benchmark translate",
         SPEED,
         "The translator against the U-Net of the literature: speed, and errors after the same time",

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterable
 
-import joblib
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.scene import Outcome, attempt
 
@@ -13,8 +13,7 @@ class Attempts:
     """What became of grasps in the scenes; remembers every grasp it tried."""
 
     def __init__(self, scenes: Scenes, backend: str, workers: int) -> None:
-        self._scenes = scenes
-        self._parallel = joblib.Parallel(n_jobs=workers, backend=backend, return_as="generator")
+        self._scenes, self._backend, self._workers = scenes, backend, workers
         self._known: dict[tuple[int, bytes], Outcome] = {}
 
     def remember(self, grasps: np.ndarray, outcomes: Iterable[Outcome]) -> None:
@@ -27,10 +26,9 @@ class Attempts:
         keys = _keys(grasps)
         new = [key for key in keys if key not in self._known]
         advance(len(keys) - len(new))
-        jobs = (
-            joblib.delayed(attempt)(self._scenes.cfg, self._scenes.states[scene], grasps[scene]) for scene, _ in new
-        )
-        for key, outcome in zip(new, self._parallel(jobs), strict=True):
+        calls = ((self._scenes.cfg, self._scenes.states[scene], grasps[scene]) for scene, _ in new)
+        outcomes = parallel.run(attempt, calls, self._workers, self._backend)
+        for key, outcome in zip(new, outcomes, strict=True):
             self._known[key] = outcome
             advance(1)
         return [self._known[key] for key in keys]

@@ -6,6 +6,7 @@ from typing import Any
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.options import option, validate
+from vision_s2r.parallel import backend_option
 from vision_s2r.render.config import check_workers
 
 PICTURES = ("canonical", "source")
@@ -79,7 +80,7 @@ class EvaluateConfig:
     )
     strip: int = option(5, "Scenes in the picture strip of each column.", low=0)
     worst: int = option(12, "How many of the worst failures are shown.", low=0)
-    backend: str = option("loky", "joblib's backend: loky (processes of this machine).")
+    backend: str = backend_option()
     workers: int = option(-1, "Processes of the backend; -1: one a core.", low=-1)
 
 

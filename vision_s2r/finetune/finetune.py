@@ -6,10 +6,10 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import joblib
 import torch
 from torch import Tensor
 
+from vision_s2r import parallel
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate import EvaluateConfig, Table, evaluate
@@ -64,6 +64,7 @@ def finetune(
     scene: SceneConfig,
     out: Path,
     jobs: int = 1,
+    backend: str = "local",
 ) -> Path:
     """Do, or go on with, all trainings and the evaluation; returns the summary (JSON).
 
@@ -77,8 +78,8 @@ def finetune(
         most = len(recorded) * each
         raise UserError(f"finetune.counts has {max(cfg.counts)}: {most} real grasps are recorded, expected no more")
     todo = list(_jobs(cfg, starts))
-    calls = (joblib.delayed(_trained)(cfg, job, recorded, scratch, max(job.count // each, 1), out) for job in todo)
-    paths = joblib.Parallel(n_jobs=jobs)(calls)
+    calls = ((cfg, job, recorded, scratch, max(job.count // each, 1), out) for job in todo)
+    paths = list(parallel.run(_trained, calls, jobs, backend))
     rows: dict[str, RowConfig] = {}
     for job, path in zip(todo, paths, strict=True):
         row = rows.setdefault(job.name, RowConfig([], None if job.translator is None else [], trained_on=""))

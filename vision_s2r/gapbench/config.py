@@ -7,6 +7,7 @@ from hydra.core.config_store import ConfigStore
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.gapbench.generate.base import CASES, SPLITS
 from vision_s2r.options import option, validate
+from vision_s2r.parallel import backend_option
 
 STAGES = ("generate", "score", "all")
 KINDS = ("joint", "camera", "contact", "arm")
@@ -48,6 +49,7 @@ class GapbenchConfig:
         low=0,
     )
     jobs: int = option(2, "How many processes at a time.", low=1)
+    backend: str = backend_option()
     limit: int = option(0, "How many of the recordings to score, from the first; 0: all.", low=0)
     timeout: float = option(300.0, "Seconds after which a diagnosis is stopped and counts as failed.", above=0)
     out: str = option(

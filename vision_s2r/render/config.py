@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
+from vision_s2r.parallel import backend_option
 
 
 @dataclass
@@ -30,8 +31,11 @@ class RenderConfig:
         6, "Simulated grasps of each scene: one in six at random, two on an object, three scripted.", low=0
     )
     shard_size: int = option(50, "Scenes in a file; an interruption costs at most the shards in flight.", low=1)
-    backend: str = option(
-        "loky", "joblib's backend: loky (processes of this machine); ray, dask where their packages are."
+    backend: str = backend_option()
+    store: str = option(
+        "",
+        "An fsspec address (s3://BUCKET/…) where shards go as well, and from where missing ones come: nodes then need "
+        "share no folder.",
     )
     workers: int = option(-1, "Processes of the backend; -1: one a core.", low=-1)
 

@@ -15,7 +15,7 @@ from vision_s2r.scene import SceneConfig
 FORMAT = "vision-s2r/renders/1"
 NAME = "manifest.json"
 ENGINE = ("pybullet", "numpy", "vision-s2r")
-HOW = {"out", "backend", "workers"}  # keys that change where and how, not what
+HOW = {"out", "backend", "store", "workers"}  # keys that change where and how, not what
 
 
 @dataclass
@@ -50,7 +50,8 @@ class Manifest:
 
     def save(self, folder: Path) -> None:
         """Write, whole or not at all. Raises UserError where that cannot be."""
-        write(folder / NAME, json.dumps({"format": FORMAT, **asdict(self)}, indent=1))
+        content = {"format": FORMAT, **asdict(self), "checksums": dict(sorted(self.checksums.items()))}
+        write(folder / NAME, json.dumps(content, indent=1))
 
     @property
     def shard_count(self) -> int:

@@ -3,14 +3,14 @@
 import sys
 from pathlib import Path
 
-import joblib
-
+from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.progress import tracked
 from vision_s2r.render import config, sheet
 from vision_s2r.render import shard as shards
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.render.manifest import NAME, Manifest, shard_path
+from vision_s2r.render.store import Store
 from vision_s2r.render.views import Views
 from vision_s2r.scene import SceneConfig, objects
 from vision_s2r.scene import config as scene_config
@@ -25,7 +25,7 @@ def render(scene: SceneConfig, cfg: RenderConfig) -> Path:
     config.check(cfg)
     objects.object_ids(scene.objects.split)
     folder = Path(cfg.out)
-    manifest = _begin(folder, Manifest.new(scene, cfg))
+    manifest = _begin(folder, Manifest.new(scene, cfg), cfg.store)
     missing = [k for k in range(manifest.shard_count) if k not in manifest.checksums]
     if missing:
         _render_missing(scene, cfg, folder, manifest, missing)
@@ -34,9 +34,11 @@ def render(scene: SceneConfig, cfg: RenderConfig) -> Path:
     return folder
 
 
-def _begin(folder: Path, wanted: Manifest) -> Manifest:
+def _begin(folder: Path, wanted: Manifest, store: str) -> Manifest:
     """The folder's manifest, less its damaged shards, or a new one."""
     folder.mkdir(parents=True, exist_ok=True)
+    if store:
+        Store(store).fetch(folder)
     if not (folder / NAME).exists():
         wanted.save(folder)
         return wanted
@@ -52,17 +54,24 @@ def _begin(folder: Path, wanted: Manifest) -> Manifest:
 def _render_missing(
     scene: SceneConfig, cfg: RenderConfig, folder: Path, manifest: Manifest, missing: list[int]
 ) -> None:
-    parallel = joblib.Parallel(
-        n_jobs=cfg.workers, backend=cfg.backend, return_as="generator_unordered", pre_dispatch="2*n_jobs"
-    )
-    jobs = (joblib.delayed(_one)(scene, cfg, folder, k) for k in missing)
+    store = Store(cfg.store) if cfg.store else None
+    calls = ((scene, cfg, folder, k) for k in missing)
+    done = parallel.run(_one, calls, cfg.workers, cfg.backend, ordered=False)
     try:
-        for number, digest in tracked(parallel(jobs), manifest.shard_count, "shards", len(manifest.checksums)):
+        for number, digest in tracked(done, manifest.shard_count, "shards", len(manifest.checksums)):
             manifest.checksums[number] = digest
             manifest.save(folder)
+            if store:
+                store.push(folder / NAME)
+        if store:
+            store.complete(folder, manifest)
     except OSError as error:
         raise UserError(f"cannot write to {folder}: {error.strerror or error}; the same command goes on") from error
 
 
 def _one(scene: SceneConfig, cfg: RenderConfig, folder: Path, number: int) -> tuple[int, str]:
-    return number, shards.write(shard_path(folder, number), shards.render_shard(scene, cfg, number))
+    path = shard_path(folder, number)
+    digest = shards.write(path, shards.render_shard(scene, cfg, number))
+    if cfg.store:
+        Store(cfg.store).push(path)
+    return number, digest

@@ -16,9 +16,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import KINDS, GapbenchConfig
 from vision_s2r.gapbench.files import commitment, read_json, write_json
@@ -43,8 +43,8 @@ def generate(cfg: GapbenchConfig) -> Path:
         return out
     (out / "recordings").mkdir(parents=True, exist_ok=True)
     jobs = [(case, index) for case, count in drawn["counts"].items() for index in range(count)]
-    parallel = joblib.Parallel(n_jobs=cfg.jobs, return_as="generator")
-    machines = parallel(joblib.delayed(_one)(cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
+    calls = ((cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
+    machines = parallel.run(_one, calls, cfg.jobs, cfg.backend)
     answers = dict(sorted(tracked(machines, len(jobs), f"generate {cfg.kind} {cfg.set}")))
     salts = {name: secrets.token_hex(16) for name in answers}
     write_json(out / "answers.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers})

@@ -12,8 +12,7 @@ import time
 from pathlib import Path
 from typing import Any
 
-import joblib
-
+from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.gapbench.files import read_json, write_json
@@ -36,9 +35,9 @@ def run(cfg: GapbenchConfig) -> list[str]:
         raise UserError(f"{out / 'recordings' / gone[0]}: the sealed recording is gone")
     waiting = [name for name in names if not _finished(out / "reports" / name)]
     (out / "reports").mkdir(exist_ok=True)
-    parallel = joblib.Parallel(n_jobs=cfg.jobs, backend="threading", return_as="generator_unordered")
-    jobs = (joblib.delayed(_one)(cfg, out, name, sealed["withheld"].get(name)) for name in waiting)
-    for _ in tracked(parallel(jobs), len(waiting), "score"):
+    calls = ((cfg, out, name, sealed["withheld"].get(name)) for name in waiting)
+    done = parallel.run(_one, calls, cfg.jobs, cfg.backend, ordered=False, threads=True)
+    for _ in tracked(done, len(waiting), "score"):
         pass
     return names
 
