@@ -4,11 +4,13 @@ Outcomes are arrays bool [S, N]: S training seeds, each on the same N scenes. At
 other (a hard scene is hard for every seed), as do those of one seed, so they are no S x N independent trials.
 """
 
+import itertools
 import math
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
+from typing import TypeVar
 
 import numpy as np
 from scipy.stats import binomtest
@@ -20,6 +22,7 @@ RESAMPLES = 10_000
 FEWER_RESAMPLES = 4000  # where a search asks thousands of times
 CLUSTER_RESAMPLES = 1000  # of whatever statistic, so that each may take a while
 CHUNK = 500  # resamples drawn at a time: bounds the memory for many scenes
+P = TypeVar("P", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -144,6 +147,25 @@ def over_clusters(
         warnings.simplefilter("ignore", RuntimeWarning)  # nowhere defined: nan, as it should be
         low, high = np.nanquantile(resampled, [tail, 1 - tail], axis=0)
     return low, high
+
+
+def shapley(players: Sequence[P], worth: Callable[[frozenset[P]], np.ndarray]) -> dict[P, np.ndarray]:
+    """The part [N] of each player in what all of them are worth [N] more than none (Shapley 1953).
+
+    `worth` is asked once for every subset: 2^n of them.
+    """
+    of = {
+        frozenset(subset): np.asarray(worth(frozenset(subset)), dtype=float)
+        for size in range(len(players) + 1)
+        for subset in itertools.combinations(players, size)
+    }
+    parts = {player: np.zeros_like(of[frozenset()]) for player in players}
+    for subset, here in of.items():
+        for player in subset:
+            others = len(subset) - 1
+            weight = math.factorial(others) * math.factorial(len(players) - len(subset)) / math.factorial(len(players))
+            parts[player] += weight * (here - of[subset - {player}])
+    return parts
 
 
 def lower_bound(gains: np.ndarray, level: float, seed: int) -> float:

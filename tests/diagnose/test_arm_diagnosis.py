@@ -28,7 +28,11 @@ def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(t
     assert report["tip"]["after"] < 0.1 * report["tip"]["before"]
     again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])
     assert again["gap"]["before"] == report["gap"]["before"] and again["gap"]["after"] == report["gap"]["after"]
-    assert again["gaps"]["tip"] == report["tip"]
+    assert again["gaps"]["tip"] == {key: report["tip"][key] for key in ("unit", "before", "after")}
+    (share,) = report["tip"]["shares"]
+    assert share["of"] == "elbow" and share["share"] == pytest.approx(
+        1 - (report["tip"]["after"] / report["tip"]["before"]) ** 2, abs=0.02
+    )
     head = (tmp_path / "replay.csv").read_text().splitlines()[0]
     assert head.startswith("episode,t,position.shoulder_measured,position.shoulder_before,position.shoulder_after")
     page = (tmp_path / "report" / "report.html").read_text()

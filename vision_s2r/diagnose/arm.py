@@ -4,7 +4,7 @@ Each joint is searched as any joint is, under the load of the others. A payload 
 kept where it leaves fewer joints unexplained, or needs fewer names, than the joints alone.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,8 +14,10 @@ from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose
 from vision_s2r.diagnose.report import ALTERNATIVES
+from vision_s2r.diagnose.simulator import is_slight
+from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors, tip_errors
+from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors
 from vision_s2r.fit.arm.payload import FoundPayload, PayloadFit
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.case import Experiment, Values
@@ -164,10 +166,15 @@ def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> 
     effects, refitted, candidates, alternatives = [], [], [], []
     for j, (name, part) in enumerate(parts.items()):
         weight = errors.weight(j)
+        slight = []
         for effect in part["effects"]:
-            effects.append(_of_joint(settled, name, effect) | _weighed(effect, weight))
-        refitted += [_of_joint(settled, name, each) for each in part.get("refitted", [])]
-        candidates += [each | {"joint": name} for each in part["candidates"]]
+            share = _weighed(effect, weight)
+            if is_slight(share):
+                slight.append(effect)
+            else:
+                effects.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
+        refitted += [_of_joint(settled, name, each) for each in (*part.get("refitted", []), *map(_value, slight))]
+        candidates += [_line(each, name, {effect["name"] for effect in slight}) for each in part["candidates"]]
         alternatives += [
             each | {"effects": [label(effect, name) for effect in each["effects"]]} for each in part["alternatives"]
         ]
@@ -212,6 +219,17 @@ def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> 
     }
 
 
+def _value(effect: Mapping[str, Any]) -> dict[str, Any]:
+    """An effect that is nothing beside the arm's gap, as a value that was refitted: it stays in the simulator."""
+    return {key: effect[key] for key in ("name", "source", "parameters")}
+
+
+def _line(candidate: Mapping[str, Any], joint: str, slight: Collection[str]) -> dict[str, Any]:
+    """What a joint's report says of an effect; what is real for the joint alone stays undecided for the arm."""
+    undecided = {"status": "undecided"} if candidate["name"] in slight else {}
+    return {**candidate, "joint": joint, **undecided}
+
+
 def label(effect: str, joint: str) -> str:
     """An effect of a joint among those of the arm."""
     return f"{joint}.{effect}"
@@ -243,7 +261,11 @@ def _errors(recording: ArmRecording, settled: _Settled, held_out: Mapping[str, A
     )
     floor = np.tile(noise, (len(one), 1))
     payload = {} if settled.payload is None else {PAYLOAD: settled.payload.values}
-    return _Errors(one, two, three, floor, tip_gap(recording, payload, before, after), seed)
+    tip = tip_gap(recording, payload, before, after)
+    if tip is not None:
+        found = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items()}
+        tip["shares"] = tip_shares(recording, settled.of_arm(found), seed)
+    return _Errors(one, two, three, floor, tip, seed)
 
 
 def in_folds(recording: ArmRecording, held_out: Mapping[str, Any]) -> np.ndarray:
@@ -260,15 +282,6 @@ def in_folds(recording: ArmRecording, held_out: Mapping[str, Any]) -> np.ndarray
     return out
 
 
-def tip_gap(recording: ArmRecording, payload: Values, before: np.ndarray, after: np.ndarray) -> dict[str, Any] | None:
-    """How far the tip is off (mm, root mean square), before and after; None where the tip is not known."""
-    far = [tip_errors(recording, payload, states) for states in (before, after)]
-    if far[0] is None or far[1] is None:
-        return None
-    one, two = (float(1e3 * np.sqrt(np.nanmean(each**2))) for each in far if each is not None)
-    return {"unit": "mm", "before": one, "after": two}
-
-
 def _of_joint(settled: _Settled, joint: str, effect: Mapping[str, Any]) -> dict[str, Any]:
     """An effect of a joint's report as one of the arm's."""
     parameters = {}
@@ -280,8 +293,10 @@ def _of_joint(settled: _Settled, joint: str, effect: Mapping[str, Any]) -> dict[
     return {**effect, "joint": joint, "parameters": parameters}
 
 
-def _weighed(effect: Mapping[str, Any], weight: float) -> dict[str, Any]:
-    return {"share": weight * effect["share"], "ci": [weight * end for end in effect["ci"]]}
+def _weighed(effect: Mapping[str, Any], weight: float) -> Share:
+    """The share of the arm's gap that is an effect's, of a joint that has this part of it."""
+    low, high = effect["ci"]
+    return Share(weight * effect["share"], (weight * low, weight * high))
 
 
 def _payload(payload: FoundPayload, share: Share) -> dict[str, Any]:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.effect import PAYLOAD
-from vision_s2r.diagnose.arm import in_folds, tip_gap
+from vision_s2r.diagnose.arm import in_folds
+from vision_s2r.diagnose.tip import tip_gap
 from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording

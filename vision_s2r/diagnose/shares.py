@@ -1,12 +1,10 @@
 """The gap on episodes or frames that no fit has seen, and whose it is: Shapley's shares of the effects."""
 
-import itertools
-import math
-
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.statistics import shapley
 
 
 def held_out(case: Case, assessor: Assessor, folds: tuple[Hypothesis, ...]) -> np.ndarray:
@@ -17,7 +15,7 @@ def held_out(case: Case, assessor: Assessor, folds: tuple[Hypothesis, ...]) -> n
     return error
 
 
-def shapley(case: Case, assessor: Assessor, of: Names, folds: tuple[Hypothesis, ...]) -> dict[str, np.ndarray]:
+def closed(case: Case, assessor: Assessor, of: Names, folds: tuple[Hypothesis, ...]) -> dict[str, np.ndarray]:
     """The part [segments] of the squared gap that each name closes: Shapley's value over the orders of adding them.
 
     Parameters stay those of the folds, which have the names `of`; a set's worth is the fall of the error when it is
@@ -29,19 +27,7 @@ def shapley(case: Case, assessor: Assessor, of: Names, folds: tuple[Hypothesis, 
 
     names = sorted(of, key=lambda name: float(left(frozenset({name})).mean()))
     players, last = names[:7], names[7:]
-    worth = {
-        subset: left(frozenset(subset))
-        for size in range(len(players) + 1)
-        for subset in itertools.combinations(players, size)
-    }
-    parts = {name: np.zeros(case.segments) for name in names}
-    for name in players:
-        others = [player for player in players if player != name]
-        for size in range(len(others) + 1):
-            weight = math.factorial(size) * math.factorial(len(others) - size) / math.factorial(len(players))
-            for subset in itertools.combinations(others, size):
-                joined = tuple(player for player in players if player in subset or player == name)
-                parts[name] += weight * (worth[subset] - worth[joined])
+    parts = shapley(players, lambda on: -left(on))
     on = frozenset(players)
     for name in last:
         parts[name] = left(on) - left(on | {name})

@@ -11,7 +11,7 @@ import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.search import Found
-from vision_s2r.diagnose.shares import held_out, reduced, shapley
+from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 
@@ -54,12 +54,12 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         refitted = held_out(case, assessor, found.refitted.folds)
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
-        parts = shapley(case, assessor, simulator.names, simulator.folds)
+        parts = closed(case, assessor, simulator.names, simulator.folds)
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if _slight(gap.share(parts[name]))
-            and _slight(gap.share(_beside(case, assessor, simulator, name)))
+            if is_slight(gap.share(parts[name]))
+            and is_slight(gap.share(_beside(case, assessor, simulator, name)))
             and not _needed(assessor, found, name)
         ]
         if not weak:
@@ -71,7 +71,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
 
 
-def _slight(share: Share) -> bool:
+def is_slight(share: Share) -> bool:
+    """Whether an effect of this share of the gap closes too little of it to be named."""
     return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
 
 

@@ -31,7 +31,7 @@ def checked(cfg: MetricsConfig) -> list[str]:
     tables = [cfg.tables] if isinstance(cfg.tables, str) else cfg.tables
     if not isinstance(tables, list) or not tables or not all(isinstance(each, str) and each for each in tables):
         raise UserError(
-            f"tables = {cfg.tables}: expected tables=DIR or tables=[DIR,DIR] that scripts/evaluate.py finished"
+            f"tables = {cfg.tables}: expected tables=DIR or tables=[DIR,DIR] that vision-s2r evaluate finished"
         )
     if len(set(tables)) < len(tables):
         raise UserError(f"tables = {tables}: expected each once")

@@ -128,12 +128,22 @@ class Unexplained:
 
 
 @dataclass(frozen=True)
+class TipShare:
+    """What a joint's effects, or the payload, close of the gap of an arm's tip."""
+
+    of: str
+    share: float
+    ci: Interval
+
+
+@dataclass(frozen=True)
 class TipGap:
     """How far the tip of an arm is off in a free run, root mean square."""
 
     unit: str  # mm
     before: float
     after: float
+    shares: tuple[TipShare, ...] = ()  # of the squared gap, the largest first
 
 
 @dataclass(frozen=True)
