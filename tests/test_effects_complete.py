@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from tests.recordings import a_joint
+from vision_s2r.appearance import APPEARANCE_EFFECTS, PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.camera.coordinates import starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
@@ -73,15 +74,17 @@ def _missing_of_joint() -> Iterator[str]:
 
 
 def _missing_of_camera() -> Iterator[str]:
-    names = {effect.name for effect in CAMERA_EFFECTS}
+    names = {effect.name for effect in PICTURE_EFFECTS}
     for name in sorted(set(CAMERA_FITS) - names):
         yield f"{name} is fitted, but no effect"
-    for effect in CAMERA_EFFECTS:
+    for effect in PICTURE_EFFECTS:
         name, parameters = effect.name, [parameter.name for parameter in effect.parameters]
         if name not in CAMERA_FITS:
             yield f"{name} has no CameraFit: register one in fit/camera/effects/{name}.py"
             continue
         fit = CAMERA_FITS[name]
+        if (fit.stage in ("scene", "grain")) != (name in APPEARANCE_EFFECTS):
+            yield f"{name}: stage {fit.stage}, but it acts {'on the scene' if name in APPEARANCE_EFFECTS else 'later'}"
         if (fit.stage in ("tone", "noise", "encoder")) != (name in BEHIND):
             yield f"{name}: stage {fit.stage}, which fit/camera/noise.py does not know"
         if not all(list(setting) == parameters for setting in starts(name, Optics(128, 128, 140.0))):

@@ -1,6 +1,6 @@
 """The shared vocabulary: effects, the named, bounded, physical departures of the real from the simulated.
 
-An effect declares itself: its name, which of the four sources of the reality gap it belongs to, and its
+An effect declares itself: its name, which of the five sources of the reality gap it belongs to, and its
 parameters with units, physical bounds and the value at which it vanishes. Joints, cameras and contacts each
 subclass `Effect` with what it does to them, and keep their effects in a `Registry`. Applying, randomizing,
 identifying and diagnosing are verbs built on this elsewhere; what one of them needs of an effect beyond this is
@@ -19,7 +19,7 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar
 
 from vision_s2r.errors import UserError, nearest
 
-Source = Literal["dynamics", "actuator", "camera", "contact"]
+Source = Literal["dynamics", "actuator", "camera", "appearance", "contact"]
 
 
 @dataclass(frozen=True)
@@ -103,6 +103,11 @@ def summary(effect: Effect) -> str:
     return (effect.__doc__ or effect.name).strip().splitlines()[0]
 
 
+def unqualified(name: str) -> str:
+    """The effect's own name, where `name` is that of an effect of one part: albedo, of "2.albedo"."""
+    return name.rpartition(".")[2]
+
+
 E = TypeVar("E", bound=Effect)
 R = TypeVar("R")
 GROUP = "vision_s2r.effects"  # of entry points
@@ -146,12 +151,13 @@ class Registry(Generic[E]):
         return both
 
     def __getitem__(self, name: str) -> E:
-        if name not in self._effects:
+        """The effect of this name, which may be that of one part."""
+        if name not in self:
             raise UserError(f"no {self.kind} effect is called '{name}': {nearest(name, self._effects)}")
-        return self._effects[name]
+        return self._effects[unqualified(name)]
 
     def __contains__(self, name: object) -> bool:
-        return name in self._effects
+        return isinstance(name, str) and unqualified(name) in self._effects
 
     def __iter__(self) -> Iterator[E]:
         return iter(self._effects.values())
@@ -174,12 +180,13 @@ class Records(Generic[R]):
         self._records[effect] = record
 
     def __getitem__(self, effect: str) -> R:
-        if effect not in self._records:
+        """The record of the effect of this name, which may be that of one part."""
+        if effect not in self:
             raise UserError(f"{self.kind} effect '{effect}' has no record for {self.verb}")
-        return self._records[effect]
+        return self._records[unqualified(effect)]
 
     def __contains__(self, effect: object) -> bool:
-        return effect in self._records
+        return isinstance(effect, str) and unqualified(effect) in self._records
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._records)

@@ -11,7 +11,7 @@ import tables
 import world
 import yaml
 
-from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.contact import CONTACT_EFFECTS
 from vision_s2r.joint import JOINT_EFFECTS
 
@@ -96,7 +96,7 @@ def test_every_effect_is_in_the_vocabulary():
     page = (ROOT / "docs" / "formats" / "effects.md").read_text(encoding="utf-8")
     listed = {name for line in page.splitlines() if line.startswith("| ") for name in line.split("|")[2].split(", ")}
     listed = {name.strip() for name in listed}
-    there = {effect.name for registry in (CAMERA_EFFECTS, CONTACT_EFFECTS, JOINT_EFFECTS) for effect in registry}
+    there = {effect.name for registry in (PICTURE_EFFECTS, CONTACT_EFFECTS, JOINT_EFFECTS) for effect in registry}
     assert there <= listed, sorted(there - listed)
 
 

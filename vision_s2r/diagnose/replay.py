@@ -183,11 +183,12 @@ def _root(errors: np.ndarray, stretches: list[tuple[int, int, int]]) -> float:
 def _replay_camera(recording: CameraRecording, effects: Values, out: Path, seed: int) -> dict[str, Any]:
     from vision_s2r.fit.camera import pictures  # imports torch
 
+    surfaces = pictures.rendered(recording, effects)
     for folder in ("before", "after"):
         (out / folder).mkdir(parents=True, exist_ok=True)
     frames: list[dict[str, Any]] = []
     for k, name in enumerate(recording.names):
-        shown = pictures.show(recording, k, effects, seed)
+        shown = pictures.show(recording, k, effects, seed, surfaces)
         for folder, picture in (("before", recording.sim[k]), ("after", shown.picture)):
             write(out / folder / f"{name}.png", _png(picture, recording))
         if recording.pairing == "paired":

@@ -93,7 +93,7 @@ def _sources(case: Case, settled: Settled) -> list[dict[str, Any]]:
 
 def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict[str, Any]:
     return {
-        "name": name,
+        **_named(name),
         "source": case.library[name].source,
         **_share(settled.gap.share(settled.parts[name])),
         "evidence": _evidence(case, assessor, settled.found, name),
@@ -101,10 +101,16 @@ def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict
     }
 
 
+def _named(name: str) -> dict[str, Any]:
+    """The name of an effect, and the label that it is of."""
+    label, dot, effect = name.rpartition(".")
+    return {"name": effect, "label": int(label)} if dot else {"name": name}
+
+
 def _refitted(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
     """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
     return {
-        "name": name,
+        **_named(name),
         "source": case.library[name].source,
         "parameters": _parameters(case, simulator, name),
     }
@@ -147,7 +153,7 @@ def _candidates(
     screened = case.screen(final.hypothesis, untried)
     lines = []
     for name in case.library:
-        line: dict[str, Any] = {"name": name, "status": "absent", "evidence": 0.0, "confusable_with": []}
+        line: dict[str, Any] = {**_named(name), "status": "absent", "evidence": 0.0, "confusable_with": []}
         if name in found.effects:
             line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
         elif name in case.not_excited:

@@ -63,17 +63,16 @@ def camera_of_arrays(
     sim: np.ndarray,
     pairing: Literal["paired", "unpaired"],
     encoding: Literal["srgb", "linear"],
-    labels: np.ndarray | None,
-    mask: np.ndarray | None,
+    beside: Mapping[str, np.ndarray | None],
     intrinsics: Sequence[float] | None,
 ) -> CameraRecording:
-    """See `CameraRecording.from_arrays`."""
+    """See `CameraRecording.from_arrays`; `beside` has labels, mask and depth, each an array or None."""
     header.choice({"pairing": pairing}, "pairing", ("paired", "unpaired"), str(HERE))
     header.choice({"encoding": encoding}, "encoding", ("srgb", "linear"), str(HERE))
     real, sim = _pictures(real, "real"), _pictures(sim, "sim")
     if real.shape[1:3] != sim.shape[1:3] or (pairing == "paired" and len(real) != len(sim)):
         raise UserError(f"{HERE}: real is {real.shape} and sim {sim.shape}, expected as many pictures of one size")
-    for name, each in (("labels", labels), ("mask", mask)):
+    for name, each in beside.items():
         if each is not None and each.shape != sim.shape[:3]:
             raise UserError(f"{HERE}: {name} is {each.shape}, expected {sim.shape[:3]} like sim")
     bits = 16 if real.dtype == np.uint16 else 8
@@ -83,14 +82,19 @@ def camera_of_arrays(
         encoding=encoding,
         sim=_unit(sim),
         real=_unit(real),
-        labels=None if labels is None else labels.astype(np.uint8),
-        mask=None if mask is None else mask.astype(bool),
+        labels=_as(beside["labels"], np.uint8),
+        mask=_as(beside["mask"], np.bool_),
+        depth=_as(beside["depth"], np.float32),
         intrinsics=None if intrinsics is None else np.asarray(intrinsics, dtype=np.float64),
         bits=bits,
         grey=grey,
         names=tuple(f"{k:04}" for k in range(len(sim))),
         real_names=tuple(f"{k:04}" for k in range(len(real))),
     )
+
+
+def _as(array: np.ndarray | None, kind: type) -> np.ndarray | None:
+    return None if array is None else np.asarray(array).astype(kind)
 
 
 def _pictures(pictures: ArrayLike, name: str) -> np.ndarray:

@@ -40,8 +40,9 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> CameraReco
         encoding=encoding,
         sim=to_unit(sim),
         real=to_unit(real),
-        labels=_beside(folder / "labels", sim_files, sim.shape[1:3], folder / "sim"),
-        mask=_mask(_beside(folder / "mask", sim_files, sim.shape[1:3], folder / "sim")),
+        labels=_beside(folder / "labels", sim_files, sim.shape[1:3], np.uint8),
+        mask=_mask(_beside(folder / "mask", sim_files, sim.shape[1:3], np.uint8)),
+        depth=_depth(_beside(folder / "depth", sim_files, sim.shape[1:3], np.uint16)),
         intrinsics=_intrinsics(content, sim.shape[1:3], where),
         bits=8 * real.itemsize,
         grey=grey,
@@ -154,16 +155,17 @@ def to_unit(pictures: np.ndarray) -> np.ndarray:
     return pictures.astype(np.float32) / np.float32(_full(pictures))
 
 
-def _beside(folder: Path, sim: Mapping[str, Path], size: tuple[int, int], of: Path) -> np.ndarray | None:
-    """The 8-bit pictures of one channel in a folder that may be absent, one for each of `sim`'s: uint8 [N, H, W]."""
+def _beside(folder: Path, sim: Mapping[str, Path], size: tuple[int, int], kind: type) -> np.ndarray | None:
+    """The pictures of one channel in a folder that may be absent, one for each of `sim`'s: `kind` [N, H, W]."""
     if not folder.exists():
         return None
     files = _files(folder, RENDER_SUFFIXES)
-    _check_names(sim, files, of, folder)
+    _check_names(sim, files, folder.with_name("sim"), folder)
     pictures = _pictures(list(files.values()))
     _check_size(pictures, files, size, "those of sim/")
-    if pictures.dtype != np.uint8 or not (pictures.shape[3] == 1 or _colourless(pictures)):
-        raise UserError(f"{next(iter(files.values()))}: expected one channel of 8 bits")
+    if pictures.dtype != kind or not (pictures.shape[3] == 1 or _colourless(pictures)):
+        bits = 8 * np.dtype(kind).itemsize
+        raise UserError(f"{next(iter(files.values()))}: expected one channel of {bits} bits")
     return pictures[..., 0]
 
 
@@ -174,6 +176,14 @@ def _mask(pictures: np.ndarray | None) -> np.ndarray | None:
     if not mask.any():
         raise UserError("mask/: no pixel is 255, expected 255 where the simulator's pictures are meant")
     return mask
+
+
+def _depth(pictures: np.ndarray | None) -> np.ndarray | None:
+    if pictures is None:
+        return None
+    if not pictures.any():
+        raise UserError("depth/: every pixel is 0, expected mm along the optical axis, and 0 where it is not known")
+    return pictures.astype(np.float32) / 1000
 
 
 def _intrinsics(content: Mapping[str, Any], size: tuple[int, int], where: str) -> np.ndarray | None:

@@ -109,6 +109,7 @@ class CameraRecording:
     grey: bool
     names: tuple[str, ...]  # of `sim`, and of `real` where they are paired
     real_names: tuple[str, ...]
+    depth: np.ndarray | None = None  # float32 [N, H, W]: m along the optical axis of `sim`'s camera, 0 where unknown
 
     kind = "camera"
 
@@ -122,15 +123,19 @@ class CameraRecording:
         encoding: Literal["srgb", "linear"] = "srgb",
         labels: np.ndarray | None = None,
         mask: np.ndarray | None = None,
+        depth: np.ndarray | None = None,
         intrinsics: Sequence[float] | None = None,
     ) -> "CameraRecording":
         """A recording from pictures [N, H, W, 3] RGB or [N, H, W]: uint8, uint16, or numbers from 0 to 1 of 8 bits.
 
-        `labels` and `mask` are [N, H, W] of `sim`; `intrinsics` fx, fy, cx, cy in px. Raises UserError as `read` does.
+        `labels`, `mask` and `depth` (m, 0 where unknown) are [N, H, W] of `sim`; `intrinsics` fx, fy, cx, cy in px.
+        Raises UserError as `read` does.
         """
         from vision_s2r.recording.arrays import camera_of_arrays
 
-        return camera_of_arrays(real, sim, pairing, encoding, labels, mask, intrinsics)
+        return camera_of_arrays(
+            real, sim, pairing, encoding, {"labels": labels, "mask": mask, "depth": depth}, intrinsics
+        )
 
     def __len__(self) -> int:
         return len(self.real)
@@ -273,4 +278,5 @@ def _frames(recording: CameraRecording, index: np.ndarray) -> CameraRecording:
         names=tuple(recording.names[k] for k in index),
         labels=None if recording.labels is None else recording.labels[index],
         mask=None if recording.mask is None else recording.mask[index],
+        depth=None if recording.depth is None else recording.depth[index],
     )

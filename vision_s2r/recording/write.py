@@ -135,9 +135,13 @@ def _shape(shape: Shape, folder: Path) -> dict[str, Any]:
 def _camera(recording: CameraRecording, folder: Path) -> dict[str, Any]:
     _pictures(recording.sim, recording.names, folder / "sim", recording.bits, recording.grey)
     _pictures(recording.real, recording.real_names, folder / "real", recording.bits, recording.grey)
-    for name, pictures in (("labels", recording.labels), ("mask", recording.mask)):
-        if pictures is not None:
-            values = pictures.astype(np.uint8) * np.uint8(255 if name == "mask" else 1)
+    beside = {
+        "labels": recording.labels,
+        "mask": None if recording.mask is None else recording.mask.astype(np.uint8) * np.uint8(255),
+        "depth": None if recording.depth is None else np.rint(recording.depth * 1000).astype(np.uint16),
+    }
+    for name, values in beside.items():
+        if values is not None:
             (folder / name).mkdir()
             for stem, picture in zip(recording.names, values, strict=True):
                 cv2.imwrite(str(folder / name / f"{stem}.png"), picture)

@@ -110,7 +110,7 @@ def _contact(recording: ContactRecording, effects: Values) -> dict[str, Figure]:
 
 def _camera(recording: CameraRecording, effects: Values) -> dict[str, Figure]:
     """Pictures of the frames that are furthest off, and their residuals where pictures are paired."""
-    from vision_s2r.fit.camera.pictures import show  # imports torch
+    from vision_s2r.fit.camera.pictures import rendered, show  # imports torch
 
     count = min(FRAMES, len(recording.sim), len(recording.real))
     if recording.pairing == "unpaired":
@@ -123,7 +123,8 @@ def _camera(recording: CameraRecording, effects: Values) -> dict[str, Figure]:
         return {"What the camera takes, and what the simulator shows (other scenes)": drawing.strips(columns, {})}
     distance = np.mean((recording.real - recording.sim) ** 2, axis=(1, 2, 3))
     worst = sorted(np.argsort(-distance, kind="stable")[:count].tolist())
-    shown = [show(recording, k, effects) for k in worst]
+    surfaces = rendered(recording, effects)
+    shown = [show(recording, k, effects, surfaces=surfaces) for k in worst]
     columns = {
         "real": [recording.real[k] for k in worst],
         "simulator": [recording.sim[k] for k in worst],

@@ -76,6 +76,7 @@ class FoundEffect:
     evidence: float  # nats of held-out log-likelihood
     parameters: dict[str, FoundParameter]
     joint: str | None = None  # of an arm's effect
+    label: int | None = None  # of an effect of one label
 
 
 @dataclass(frozen=True)
@@ -86,6 +87,7 @@ class RefittedValue:
     source: str
     parameters: dict[str, FoundParameter]
     joint: str | None = None
+    label: int | None = None
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ class Candidate:
     confusable_with: tuple[str, ...]
     reason: str | None = None  # why it is not excited, or not named
     joint: str | None = None
+    label: int | None = None
 
 
 @dataclass(frozen=True)

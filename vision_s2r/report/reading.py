@@ -14,7 +14,7 @@ from vision_s2r.lazy import load
 FORMAT = "vision-s2r/report/1"
 LIBRARIES = {
     "joint": "vision_s2r.joint:JOINT_EFFECTS",
-    "camera": "vision_s2r.camera:CAMERA_EFFECTS",
+    "camera": "vision_s2r.appearance:PICTURE_EFFECTS",
     "contact": "vision_s2r.contact:CONTACT_EFFECTS",
     "arm": "vision_s2r.arm.effect:ARM_EFFECTS",
 }
@@ -29,7 +29,8 @@ class ReportedParameter:
     high: float
 
 
-# By effect, its parameters by name; an arm's are called JOINT.EFFECT, but for those of the whole arm.
+# By effect, its parameters by name; an arm's are called JOINT.EFFECT, those of a label LABEL.EFFECT, but for those of
+# the whole arm or scene.
 Diagnosed = dict[str, dict[str, ReportedParameter]]
 
 
@@ -72,8 +73,8 @@ def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
         if not isinstance(given, Mapping) or not all(isinstance(one, Mapping) for one in given.values()):
             raise UserError(f"{effect.name}: parameters are missing, expected value, unit and ci of each")
         values = effect.check({name: one.get("value") for name, one in given.items()})
-        joint = each.get("joint")
-        named[effect.name if joint is None else f"{joint}.{effect.name}"] = {
+        part = each.get("joint", each.get("label"))
+        named[effect.name if part is None else f"{part}.{effect.name}"] = {
             parameter.name: _estimate(parameter, values[parameter.name], given[parameter.name].get("ci"), effect)
             for parameter in effect.parameters
         }

@@ -30,13 +30,16 @@ def verdict(report: Mapping[str, Any]) -> str:
 def causes(report: Mapping[str, Any]) -> str:
     """Which nominal values are wrong, and which effects the simulator lacks."""
     wrong = [each for each in report["effects"] if each["source"] == "dynamics"]
-    lacking = [each for each in report["effects"] if each["source"] != "dynamics"]
+    looks = [each for each in report["effects"] if each["source"] == "appearance"]
+    lacking = [each for each in report["effects"] if each["source"] not in ("dynamics", "appearance")]
     parts = []
     if wrong:
         are = "is" if len(wrong) == 1 else "are"
         parts.append(f"its {listed([parameters(each) for each in wrong])} {are} not what the simulator believes")
     if lacking:
         parts.append(f"it has {listed([parameters(each) for each in lacking])}, which the simulator lacks")
+    if looks:
+        parts.append(f"of the scene, {surfaces(looks)}")
     return f"The real {report['kind']} differs: {', and '.join(parts)}."
 
 
@@ -49,6 +52,42 @@ def parameters(effect: Mapping[str, Any]) -> str:
     ]
     joint = f"{effect['joint']}: " if effect.get("joint") else ""
     return f"{joint}{effect['name'].replace('_', ' ')} ({', '.join(shown)})"
+
+
+def surfaces(effects: Sequence[Mapping[str, Any]]) -> str:
+    """Effects of surfaces and light, as in `label 2 is 30 % darker and has a grain of 6 px`."""
+    by_label: dict[int, list[str]] = {}
+    for each in effects:
+        if each.get("label") is not None:
+            by_label.setdefault(each["label"], []).append(_surface(each))
+    rest = [_light(each) for each in effects if each.get("label") is None]
+    return listed([*(f"label {label} {listed(said)}" for label, said in sorted(by_label.items())), *rest])
+
+
+def _surface(effect: Mapping[str, Any]) -> str:
+    """What an effect makes of its label, as it ends `label 2 …`."""
+    given = {key: each["value"] for key, each in effect["parameters"].items()}
+    if effect["name"] == "albedo":
+        gains = {key: given[key] for key in ("red", "green", "blue")}
+        mean = sum(gains.values()) / 3
+        brightness = f"{percent(abs(mean - 1))} {'darker' if mean < 1 else 'brighter'}"
+        if max(gains.values()) < 1.1 * min(gains.values()):
+            return f"is {brightness}"
+        colours = ", ".join(f"{key} × {number(gain)}" for key, gain in gains.items())
+        return f"is of another colour ({colours}), {brightness}"
+    if effect["name"] == "texture":
+        return f"has a grain of {number(given['scale'])} px that varies it by {percent(given['amplitude'])}"
+    return f"has {parameters(effect)}"
+
+
+def _light(effect: Mapping[str, Any]) -> str:
+    given = {key: each["value"] for key, each in effect["parameters"].items()}
+    if effect["name"] == "light_direction":
+        turns = (f"{key} {number(math.degrees(given[key]))}°" for key in ("azimuth", "elevation"))
+        return f"the light comes from another direction ({', '.join(turns)})"
+    if effect["name"] == "ambient":
+        return f"{percent(given['share'])} of the light has no direction"
+    return parameters(effect)
 
 
 def measured(parameter: Mapping[str, Any]) -> str:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
@@ -137,7 +138,7 @@ def test_ghosts_are_found_where_they_are() -> None:
 
 def test_coordinates_of_every_effect_come_back() -> None:
     for name in [name for name, fit in CAMERA_FITS.items() if fit.chart]:
-        values = {name: CAMERA_EFFECTS[name].moderate()}
+        values = {name: PICTURE_EFFECTS[name].moderate()}
         back = unpack(pack(values, [name]), [name])
         assert back[name] == pytest.approx(values[name])
 

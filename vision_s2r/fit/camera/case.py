@@ -4,13 +4,14 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.effects import Effect, Parameter
+from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.coordinates import starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, charted, of_stage
@@ -26,8 +27,10 @@ from vision_s2r.fit.camera.intervals import Spread, spread
 from vision_s2r.fit.camera.light import STEADY, UNSTEADY, stops
 from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
+from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
+from vision_s2r.fit.camera.surfaces import library_of
 from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
@@ -60,6 +63,7 @@ class CameraCase:
     @classmethod
     def open(cls, recording: CameraRecording, library: Mapping[str, Effect]) -> "CameraCase":
         """Look at a recording for its noise and for effects to ask about: seconds."""
+        library = library_of(recording, library)
         with one_thread():
             return cls(recording, library, study(recording, library))
 
@@ -82,6 +86,7 @@ class CameraCase:
         self._spreads: dict[tuple[object, ...], Spread] = {}
         self._frames = frames_of_a_fit(self.study.pictures)
         self._lock = threading.Lock()
+        self._rendered = rendered_colours(self.study.pictures)
 
     def session(self) -> AbstractContextManager[None]:
         """To be held while methods are called: pictures are so small that torch is best kept to one thread."""
@@ -215,13 +220,25 @@ class CameraCase:
             scores: list[FrameScore] = []
             for segment in segments:  # a frame at a time stays in the cache
                 residual, noise, outliers = self.residual(hypothesis, [segment], lit)
-                scores += score(self.study.yardstick, residual, noise, [segment], outliers, bool(hypothesis.extra))
+                scores += self._score(residual, noise, segment, outliers, bool(hypothesis.extra))
             with self._lock:
                 if len(self._scores) >= _REMEMBERED:
                     self._scores.pop(next(iter(self._scores)))
                 self._scores[key] = scores
             return scores
         return self._scores[key]
+
+    def _score(
+        self, residual: Tensor, noise: Tensor, segment: int, outliers: float, flexible: bool
+    ) -> list[FrameScore]:
+        """A frame's score, about what the renderer's rounding leaves; the gap is that of its pictures as they are."""
+        yardstick = self.study.yardstick
+        if not self._rendered:
+            return score(yardstick, residual, noise, [segment], outliers, flexible)
+        whole = score(yardstick, residual, noise, [segment], outliers, flexible)
+        left = unrounded(residual, self._rendered[segment], yardstick.counted[[segment]])
+        without = score(yardstick, left, noise, [segment], outliers, flexible)
+        return [replace(a, error=b.error) for a, b in zip(without, whole, strict=True)]
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
         """Of each frame, the log-likelihood [blocks] (nats) of the sixteen parts that it is divided into."""
@@ -338,7 +355,7 @@ class CameraCase:
 
     def confusable(self, name: str) -> Names:
         """Effects hard to tell from this one."""
-        return confusable(name, CAMERA_FITS.items())
+        return confusable(unqualified(name), CAMERA_FITS.items())
 
     # -- what to believe
 

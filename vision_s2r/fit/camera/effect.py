@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from vision_s2r.effects import Records
@@ -14,8 +14,9 @@ EffectValues = Mapping[str, float]
 Point = list[float]  # one effect in the fit's coordinates
 
 # Where it acts. Light, blur and warp come before the sensor, in the camera's order; tone and noise are functions of a
-# pixel's light alone, which `noise.Tail` holds together; the encoder is JPEG.
-Stage = Literal["warp", "light", "blur", "tone", "noise", "encoder"]
+# pixel's light alone, which `noise.Tail` holds together; the encoder is JPEG. Surfaces and light of the scene come
+# before all of them; grain has no mean, only a spread.
+Stage = Literal["scene", "grain", "warp", "light", "blur", "tone", "noise", "encoder"]
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,8 @@ class Optics:
     height: int
     focal: float
     pixel: float = 1.0  # how many pixels of the recording one of these is: parameters are in the recording's
+    # What the simulator has itself of effects that replace a value of its own, which vanish there.
+    nominal: Mapping[str, Setting] = field(default_factory=dict)
 
     @property
     def corner(self) -> float:
@@ -41,7 +44,7 @@ class Chart:
     outward: Callable[[Point], Setting]  # not yet within bounds
     steps: Callable[[Optics], Point]  # a change that shows, of each coordinate; also the scale of the damping
     limits: Point  # the longest move of one iteration, in steps
-    period: float = 360.0  # degrees after which an angle is the same again
+    period: float = 360.0  # after which an angle (deg) or azimuth (rad) is the same again
 
 
 def plain(keys: tuple[str, ...], steps: Callable[[Optics], Point], limits: Point) -> Chart:
@@ -93,6 +96,13 @@ NEEDS: dict[str, Need] = {
     ),
     "light": Need("the pictures are black", "the scene under at least ten times the light"),
     "contrast": Need("the pictures have one brightness only", "a grey wedge from black to white"),
+    "area": Need("the label fills too little of the pictures", "scenes that show more of that label"),
+    "other labels": Need("one label fills the pictures, and shares its light with the camera", "two labels at least"),
+    "depth": Need(
+        "the recording has no depth/ to tell which way surfaces face", "the same scenes with the render's depth"
+    ),
+    "directions": Need("too few surfaces face another way", "boxes and balls beside what lies flat"),
+    "shading": Need("the simulator's pictures have no shading", "renders with a lamp"),
 }
 
 
@@ -136,6 +146,11 @@ CAMERA_FITS: Records[CameraFit] = Records("camera", "fitting")
 def of_stage(*stages: Stage) -> frozenset[str]:
     """The effects that act there."""
     return frozenset(name for name, fit in CAMERA_FITS.items() if fit.stage in stages)
+
+
+def at_stage(names: Iterable[str], *stages: Stage) -> list[str]:
+    """Those of `names`, in their order, that act there; they may be effects of labels."""
+    return [name for name in names if CAMERA_FITS[name].stage in stages]
 
 
 def charted(names: Iterable[str]) -> list[str]:

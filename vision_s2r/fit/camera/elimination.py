@@ -4,9 +4,9 @@ from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
-from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.fit.camera.coordinates import chart, pack
-from vision_s2r.fit.camera.effect import charted
+from vision_s2r.fit.camera.effect import Optics, charted
 from vision_s2r.fit.camera.fitting import Target, columns, gauss_newton, normal
 from vision_s2r.fit.camera.prediction import Stages
 from vision_s2r.fit.case import Values
@@ -62,7 +62,7 @@ def drop_costs(target: Target, values: Values, names: Sequence[str], segments: S
         size = len(chart(name).steps(target.pictures.optics))
         own = slice(at, at + size)
         at += size
-        departure = (pack(values, [name]) - neutral_point(name, values[name])) / steps[own]
+        departure = (pack(values, [name]) - neutral_point(name, values[name], target.pictures.optics)) / steps[own]
         rest = np.r_[0 : own.start, own.stop : len(matrix)]
         stiffness = matrix[own, own]
         if len(rest):
@@ -74,11 +74,11 @@ def drop_costs(target: Target, values: Values, names: Sequence[str], segments: S
     return costs
 
 
-def neutral_point(name: str, values: Mapping[str, float]) -> np.ndarray:
+def neutral_point(name: str, values: Mapping[str, float], optics: Optics) -> np.ndarray:
     """The fit's coordinates of an effect that is off but otherwise as it was."""
-    neutral = {
+    neutral = optics.nominal.get(name) or {
         parameter.name: values[parameter.name] if parameter.neutral is None else parameter.neutral
-        for parameter in CAMERA_EFFECTS[name].parameters
+        for parameter in PICTURE_EFFECTS[name].parameters
     }
     return np.array(chart(name).inward(neutral))
 

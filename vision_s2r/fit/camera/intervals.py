@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
-from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import charted, of_stage
 from vision_s2r.fit.camera.elimination import neutral_point
@@ -55,7 +55,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             own = slice(at, at + size)
             at += size
             point = pack(values, [name])
-            departure = (point - neutral_point(name, values[name])) / steps[own]
+            departure = (point - neutral_point(name, values[name], target.pictures.optics)) / steps[own]
             least = _KERNEL if name in of_stage("warp") else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
@@ -91,7 +91,7 @@ def _group_steps(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
 
 def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> dict[str, tuple[float, float]]:
     """Half widths of coordinates as intervals of parameters, through a slope each."""
-    keys = [parameter.name for parameter in CAMERA_EFFECTS[name].parameters]
+    keys = [parameter.name for parameter in PICTURE_EFFECTS[name].parameters]
     centre = np.array([values[name][key] for key in keys])
     variance = np.zeros(len(keys))
     for k in range(len(point)):
@@ -100,7 +100,7 @@ def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> 
         there = np.array(list(unpack(moved, [name])[name].values()))
         change = there - centre
         for i, key in enumerate(keys):
-            if key == "angle":
+            if key in ("angle", "azimuth"):
                 period = chart(name).period
                 change[i] = (change[i] + period / 2) % period - period / 2
         variance += change**2

@@ -8,9 +8,14 @@ import torch
 import torch.nn.functional as F
 from scipy.stats import wasserstein_distance
 
+from vision_s2r.appearance import is_appearance
+from vision_s2r.appearance import through as through_scene
 from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
-from vision_s2r.fit.camera.effect import of_stage
+from vision_s2r.fit.camera.effect import at_stage, of_stage
+from vision_s2r.fit.camera.prediction import coded, linear
+from vision_s2r.fit.camera.surfaces import Surfaces, surfaces_of
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording
 
@@ -29,30 +34,60 @@ class Shown:
     known: np.ndarray  # bool [H, W]: where the simulator's picture is meant, and the camera did not look beyond it
 
 
-def show(recording: CameraRecording, frame: int, effects: Values, seed: int = 0) -> Shown:
-    """The simulator's picture of a frame with the effects; the noise is a function of seed and frame."""
+def rendered(recording: CameraRecording, effects: Values) -> Surfaces | None:
+    """What the recording's labels say was rendered, where effects of surfaces and light ask for it.
+
+    Raises UserError where they do, and it has no labels.
+    """
+    scene = [name for name in effects if is_appearance(name)]
+    if scene and recording.labels is None:
+        raise UserError(f"{', '.join(scene)}: of surfaces and light, but the recording has no labels/")
+    return surfaces_of(recording) if scene else None
+
+
+def show(
+    recording: CameraRecording, frame: int, effects: Values, seed: int = 0, surfaces: Surfaces | None = None
+) -> Shown:
+    """The simulator's picture of a frame with the effects; noise and grain are functions of seed and frame.
+
+    Effects of surfaces and light are applied to `surfaces`, as `rendered` has them.
+    """
     camera = Camera(encoding=recording.encoding)
+    seeds = torch.tensor([(seed * 1_000_003 + frame) % 2**31])
     height, width = recording.sim.shape[1:3]
     margin = ceil(MARGIN * max(height, width)) if effects.keys() & of_stage("warp") else 0
-    sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
-    canvas = F.pad(sim, (margin,) * 4, mode="replicate")
+    scene = {name: given for name, given in effects.items() if is_appearance(name)}
+    effects = {name: given for name, given in effects.items() if name not in scene}
+    flat = {name: given for name, given in scene.items() if name not in at_stage(scene, "grain")}
+    bare, dressed = (_canvas(recording, frame, surfaces, some, margin, int(seeds[0])) for some in (flat, scene))
     intrinsics = None
     if recording.intrinsics is not None:
         intrinsics = torch.from_numpy(recording.intrinsics).float()[None]
-    seeds = torch.tensor([(seed * 1_000_003 + frame) % 2**31])
     quiet = {name: given for name, given in effects.items() if name not in of_stage("noise")}
 
     def through(image: torch.Tensor, some: Values) -> np.ndarray:
         return camera(image, CameraParameters.of(some, 1, seeds), margin, intrinsics)[0].permute(1, 2, 0).numpy()
 
-    mean = through(canvas, quiet)
-    picture = mean if len(quiet) == len(effects) else through(canvas, effects)
+    mean = through(bare, quiet)
+    picture = mean if len(quiet) == len(effects) and len(flat) == len(scene) else through(dressed, effects)
     meant = torch.ones(1, 1, height, width)
     if recording.mask is not None:
         meant = torch.from_numpy(recording.mask[frame]).float()[None, None]
     meant = F.pad(meant, (margin,) * 4).expand(1, 3, -1, -1)
     known = through(meant, {name: given for name, given in effects.items() if name in of_stage("warp")})
     return Shown(picture, mean, np.all(known > 0.999, axis=2))
+
+
+def _canvas(
+    recording: CameraRecording, frame: int, surfaces: Surfaces | None, scene: Values, margin: int, seed: int
+) -> torch.Tensor:
+    """The simulator's picture [1, 3, H + 2m, W + 2m] under effects of surfaces and light; its edge repeats."""
+    sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
+    if surfaces is not None:
+        light = linear(sim) if recording.encoding == "srgb" else sim
+        light = through_scene(light, scene, surfaces.of([frame], seed))
+        sim = (coded(light.clamp(min=0)) if recording.encoding == "srgb" else light).clamp(0, 1)
+    return F.pad(sim, (margin,) * 4, mode="replicate")
 
 
 def gap(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float]:

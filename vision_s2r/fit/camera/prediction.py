@@ -4,13 +4,15 @@ The effects are those of `vision_s2r.camera`, called in its order; what is added
 stages, so that a change of a late effect does not repeat the early ones.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from vision_s2r.appearance import PICTURE_EFFECTS, is_appearance
+from vision_s2r.appearance.apply import after, in_order, passed
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
@@ -21,6 +23,7 @@ from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
 from vision_s2r.fit.camera.light import STEADY, Light
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
+from vision_s2r.fit.camera.surfaces import Surfaces
 from vision_s2r.fit.case import Values
 
 # Functions of a pixel's light alone, which `Tail` holds together; and the encoder.
@@ -31,19 +34,28 @@ Stages = dict[
 ]  # by the effects passed, the pictures, and whether they are light
 
 
-def front() -> list[CameraEffect]:
-    """The effects from the scene to the light that falls on the sensor, on its way.
+def on_the_way(names: Iterable[str]) -> list[str]:
+    """Effects in the order in which light meets them: those of the scene, then those of the camera."""
+    names = list(names)
+    return in_order(names) + sorted(
+        (name for name in names if name in CAMERA_EFFECTS), key=lambda name: CAMERA_EFFECTS[name].order
+    )
+
+
+def front(names: Iterable[str]) -> list[str]:
+    """Those of `names` from the scene to the light that falls on the sensor, on its way.
 
     UserError where an effect is said to act behind it: those have their place in `Tail`.
     """
     found = []
-    for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order):
-        if effect.name in BEHIND:
+    for name in on_the_way(names):
+        if name in BEHIND:
             continue
-        stage = CAMERA_FITS[effect.name].stage
-        if stage not in ("warp", "light", "blur"):
-            raise UserError(f"camera effect '{effect.name}': stage is {stage}, expected warp, light or blur")
-        found.append(effect)
+        stage = CAMERA_FITS[name].stage
+        if stage not in ("scene", "grain", "warp", "light", "blur"):
+            raise UserError(f"camera effect '{name}': stage is {stage}, expected warp, light or blur")
+        if stage != "grain":
+            found.append(name)
     return found
 
 
@@ -77,11 +89,14 @@ class Pictures:
     scale: float = 1.0
     kernel: str = KERNELS[0]  # of warps
     light: Light = STEADY  # what frames have of their own
+    surfaces: Surfaces | None = None  # what was rendered, where labels tell it
 
     @property
     def optics(self) -> Optics:
         """Size and focal length."""
-        return Optics(self.sim.shape[-1], self.sim.shape[-2], float(self.intrinsics[:2].mean()), 1 / self.scale)
+        nominal = self.surfaces.nominal if self.surfaces is not None else {}
+        height, width = self.sim.shape[-2:]
+        return Optics(width, height, float(self.intrinsics[:2].mean()), 1 / self.scale, nominal)
 
     def half(self) -> "Pictures":
         """At half the size; a pixel is the mean of the four that it covers, its centre theirs."""
@@ -95,6 +110,7 @@ class Pictures:
             meant=(F.avg_pool2d(self.meant, 2) > 0.99).float(),
             intrinsics=intrinsics,
             scale=self.scale / 2,
+            surfaces=None if self.surfaces is None else self.surfaces.half(),
         )
 
     def predict(
@@ -120,19 +136,25 @@ class Pictures:
         `stages` is searched for what has been passed already, and with `keep` remembers this pass.
         """
         pictures, light = self.sim[list(segments)], False
+        scene = None if self.surfaces is None else self.surfaces.of(segments)
         key: tuple[object, ...] = ()
-        for effect in front():
-            given = values.get(effect.name)
-            if given is None or effect.is_neutral(given):
+        for name in front(values):
+            given, of_scene = values[name], is_appearance(name)
+            if PICTURE_EFFECTS[name].is_neutral(given) or (of_scene and scene is None):
                 continue
-            key = (*key, effect.name, *given.values())
+            key = (*key, name, *given.values())
             if stages is not None and key in stages:
                 pictures, light = stages[key]
+                scene = scene if scene is None or not of_scene else after(scene, name, given)
                 continue
-            if self.encoding == "srgb" and light != effect.linear_light:
-                pictures = linear(pictures) if effect.linear_light else coded(pictures)
-            light = effect.linear_light
-            pictures = self._apply(effect, pictures, given)
+            in_light = of_scene or CAMERA_EFFECTS[name].linear_light
+            if self.encoding == "srgb" and light != in_light:
+                pictures = linear(pictures) if in_light else coded(pictures)
+            light = in_light
+            if of_scene and scene is not None:
+                pictures, scene = passed(pictures, name, given, scene)
+            else:
+                pictures = self._apply(CAMERA_EFFECTS[name], pictures, given)
             if keep and stages is not None:
                 stages[key] = pictures, light
         pictures = coded(pictures) if light and self.encoding == "srgb" else pictures
@@ -148,10 +170,11 @@ class Pictures:
         for edge in (present[..., 0, :], present[..., -1, :], present[..., :, 0], present[..., :, -1]):
             edge.zero_()  # what a warp looks for beyond the picture is its edge repeated
         flat = replace(self, kernel="bilinear")
-        for effect in front():
-            if effect.name in moved and not effect.is_neutral(values[effect.name]):
-                channels = present.expand(-1, 3, -1, -1) if CAMERA_FITS[effect.name].by_channel else present
-                present = flat._apply(effect, channels, values[effect.name]).amin(1, keepdim=True)
+        for name in front(moved):
+            effect = CAMERA_EFFECTS[name]
+            if not effect.is_neutral(values[name]):
+                channels = present.expand(-1, 3, -1, -1) if CAMERA_FITS[name].by_channel else present
+                present = flat._apply(effect, channels, values[name]).amin(1, keepdim=True)
         return present > 0.98
 
     def _apply(self, effect: CameraEffect, pictures: Tensor, values: Mapping[str, float]) -> Tensor:

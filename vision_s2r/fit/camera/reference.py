@@ -11,13 +11,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.camera.coordinates import neutral, starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, of_stage
 from vision_s2r.fit.camera.elimination import without_idle
 from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
 from vision_s2r.fit.camera.light import STEADY
-from vision_s2r.fit.camera.prediction import Pictures
+from vision_s2r.fit.camera.prediction import Pictures, on_the_way
 from vision_s2r.fit.camera.resampling import KERNELS
 from vision_s2r.fit.camera.weighing import detail
 from vision_s2r.fit.case import Values
@@ -61,13 +60,14 @@ def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, se
     """Geometry and light among `names`, with no start of their own, fitted on pictures from small to half size."""
     values = dict(start)
     first, later = _coarse(names)
-    values |= {name: neutral(name) for name in first if name not in values}
+    optics = levels[0].optics
+    values |= {name: neutral(name, optics) for name in first if name not in values}
     for name in first:
         if (bends := CAMERA_FITS[name].bends) and name not in start:
             values = dict(_bent(levels[-1], values, first, segments, name, bends(levels[-1].optics)))
     for level in reversed(levels[1:]):
         joining = [name for name in later if level.scale >= (CAMERA_FITS[name].coarse or 0.0)]
-        values |= {name: neutral(name) for name in joining if name not in values}
+        values |= {name: neutral(name, optics) for name in joining if name not in values}
         moving = [*first, *joining]
         for _ in range(2):  # what is seen depends on what is fitted
             target = rough_target(level, _without_blurs(values))
@@ -77,8 +77,7 @@ def coarse(levels: Sequence[Pictures], names: Collection[str], start: Values, se
 
 def _coarse(names: Collection[str]) -> tuple[list[str], list[str]]:
     """Those of `names` that a coarse fit begins with, warps first, and those that join it at larger pictures."""
-    on_the_way = [effect.name for effect in sorted(CAMERA_EFFECTS, key=lambda effect: effect.order)]
-    found = [name for name in on_the_way if name in names and CAMERA_FITS[name].coarse is not None]
+    found = [name for name in on_the_way(names) if CAMERA_FITS[name].coarse is not None]
     warps = of_stage("warp")
     found = [name for name in found if name in warps] + [name for name in found if name not in warps]
     first = [name for name in found if CAMERA_FITS[name].coarse == 0]

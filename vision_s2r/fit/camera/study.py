@@ -7,7 +7,8 @@ import numpy as np
 import torch
 
 from vision_s2r.camera.camera import default_intrinsics
-from vision_s2r.fit.camera import excitation
+from vision_s2r.fit.camera import excitation, surfaces
+from vision_s2r.fit.camera.appearing import appearing, camera_only, mixed
 from vision_s2r.fit.camera.codec import attenuation, codec_scatter
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
@@ -77,19 +78,22 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     levels = worked(pyramid(whole))
     pictures, count = levels[0], len(whole.sim)
     not_excited = excitation.not_excited(pictures, library)
+    not_excited |= surfaces.not_excited(pictures.surfaces, list(library), recording.grey)
     jpeg = _jpeg(recording) if "jpeg_compression" in library else None
     fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
     noise = of_stage("noise")
-    names = [name for name in library if name not in noise | not_excited.keys() | of_stage("encoder")]
+    usable = [name for name in library if name not in noise | not_excited.keys() | of_stage("encoder")]
+    names = camera_only(usable)
     segments = informative(pictures, frames_of_a_fit(pictures))
-    begun = coarse(levels, names, fixed, segments)
+    scene = appearing(levels, usable, segments)
+    begun = coarse(levels, [*names, *scene], {**fixed, **scene}, segments)
     light = light_of(levels, begun, names)
     if light != STEADY:
         pictures, levels = replace(pictures, light=light), [replace(level, light=light) for level in levels]
         not_excited = hidden(light, pictures, names) | not_excited
         names = [name for name in names if name not in not_excited]
         segments = informative(pictures, frames_of_a_fit(pictures))
-        begun = coarse(levels, names, fixed, segments)
+        begun = coarse(levels, [*names, *scene], {**fixed, **scene}, segments)
     reference = fit_reference(levels, begun, names, fixed, segments)
     yardstick, _ = measure_noise(pictures, whole, reference, jpeg, recording.bits)
     target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
@@ -171,7 +175,14 @@ def open_pictures(recording: CameraRecording) -> Pictures:
     if recording.mask is not None:
         meant = torch.from_numpy(recording.mask)[:, None].float()
     intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
-    return Pictures(sim, tensor(recording.real), meant, torch.from_numpy(intrinsics).float(), recording.encoding)
+    return Pictures(
+        sim,
+        tensor(recording.real),
+        meant,
+        torch.from_numpy(intrinsics).float(),
+        recording.encoding,
+        surfaces=surfaces.surfaces_of(recording) if recording.pairing == "paired" else None,
+    )
 
 
 def _jpeg(recording: CameraRecording) -> tuple[int, float] | None:
@@ -208,6 +219,7 @@ def measure_noise(
         measured = (measured * pictures.scale**2).clamp(min=_COARSE_NOISE)
     edge = _edge_error(residual, mean, measured, counted, reference)
     tolerance = (edge * detail(mean)).square() + scatter
+    tolerance += torch.cat([mixed(pictures, reference, [k]) for k in range(len(mean))])
     variance = measured + tolerance
     floor = measured + scatter
     tempered = temper(residual, variance, counted)

@@ -12,6 +12,7 @@ from vision_s2r.effects import Effect, Parameter
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
+from vision_s2r.fit.camera.surfaces import library_of
 from vision_s2r.fit.case import Axis, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.intervals import intervals
@@ -72,6 +73,7 @@ class UnpairedCase:
 
         Raises UserError where the simulator's pictures mean too little of what the camera sees.
         """
+        library = library_of(recording, library)
         with one_thread():
             return cls(recording, library, _study(recording, library))
 

@@ -1,0 +1,100 @@
+"""Surfaces and light: what pictures and depth tell of them, and what a recording with labels is said to show."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from vision_s2r.appearance import APPEARANCE_EFFECTS
+from vision_s2r.appearance.lamp import lamp_of
+from vision_s2r.appearance.normals import normals
+from vision_s2r.camera.colour import to_coded
+from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.replay import ReplayConfig, replay_all
+from vision_s2r.errors import UserError
+from vision_s2r.fit.camera.surfaces import library_of, surfaces_of
+from vision_s2r.gapbench.generate.appearance_scenes import BALL, BOX, TABLE, Look, cast, pinhole, shaded, solids
+from vision_s2r.recording import CameraRecording
+from vision_s2r.recording.write import write
+from vision_s2r.report.reading import library
+
+FRAMES, SIZE, FOCAL = 5, 64, 70.0
+TOWARDS = np.array([0.48, -0.36, 0.8])
+
+
+def scenes(look: Look, real: Look, seed: int = 0) -> CameraRecording:
+    """Tables with solids, as rendered and as they are: half a grey level of noise, rounded, depth in whole mm."""
+    rng = np.random.default_rng(seed)
+    camera = pinhole(SIZE, FOCAL, rng)
+    parts = []
+    for _ in range(FRAMES):
+        things = solids(rng)
+        labels, depth, _ = cast(camera, things)
+        pair = [to_coded(torch.from_numpy(shaded(camera, things, each, rng))).numpy() for each in (look, real)]
+        noisy = np.clip(pair[1] + rng.normal(0, 0.5 / 255, pair[1].shape), 0, 1)
+        parts.append((*(np.round(each * 255).astype(np.uint8) for each in (noisy, pair[0])), labels, depth))
+    real_pictures, sim, labels, depth = (np.stack(each) for each in zip(*parts, strict=True))
+    centre = (SIZE - 1) / 2
+    return CameraRecording.from_arrays(
+        real_pictures, sim, labels=labels, depth=np.round(depth, 3), intrinsics=(FOCAL, FOCAL, centre, centre)
+    )
+
+
+def plain() -> Look:
+    colours = {1: (0.4, 0.35, 0.3), 2: (0.2, 0.3, 0.25), 3: (0.5, 0.2, 0.2), 4: (0.2, 0.4, 0.55)}
+    return Look({label: np.array(colour) for label, colour in colours.items()}, TOWARDS, 0.35)
+
+
+def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
+    gains = np.array([0.6, 0.75, 0.7])
+    darker = replace(plain(), colours=plain().colours | {BOX: plain().colours[BOX] * gains})
+    recording = scenes(plain(), darker)
+    found = diagnose(recording)
+    (effect,) = found.effects
+    assert (effect.name, effect.label, effect.source) == ("albedo", BOX, "appearance")
+    assert [each.value for each in effect.parameters.values()] == pytest.approx(gains, rel=0.03)
+    assert found.verdict == "explained" and [each.source for each in found.sources] == ["appearance"]
+    assert f"label {BOX} is of another colour" in found.summary()
+    found.save(tmp_path / "report")
+    write(recording, tmp_path / "recording")
+    (path,) = replay_all(
+        ReplayConfig(str(tmp_path / "recording"), str(tmp_path / "report" / "report.json"), str(tmp_path / "replay"))
+    )
+    gap = json.loads(path.read_text())["gap"]
+    assert gap["after"] < 0.4 * gap["before"]
+    bare = replace(recording, labels=None, depth=None)
+    write(bare, tmp_path / "bare")
+    with pytest.raises(UserError, match="no labels"):
+        replay_all(ReplayConfig(str(tmp_path / "bare"), str(tmp_path / "report" / "report.json"), str(tmp_path / "no")))
+
+
+def test_depth_tells_normals_and_pictures_the_light() -> None:
+    rng = np.random.default_rng(3)
+    camera = pinhole(2 * SIZE, 2 * FOCAL, rng)
+    drawn = [solids(rng) for _ in range(FRAMES)]
+    labels, depth, facing = (np.stack(each) for each in zip(*(cast(camera, each) for each in drawn), strict=True))
+    ids, centre = torch.from_numpy(labels.astype(np.int64)), (2 * SIZE - 1) / 2
+    found = normals(torch.from_numpy(depth.round(3)), ids, torch.tensor([2 * FOCAL, 2 * FOCAL, centre, centre]))
+    true = torch.from_numpy(facing @ camera.rotation.T).permute(0, 3, 1, 2)
+    off = torch.rad2deg((found * true).sum(1).clamp(-1, 1).arccos())
+    assert all(float(off[ids == label].median()) < limit for label, limit in ((TABLE, 2.0), (BOX, 3.0), (BALL, 15.0)))
+    colours = np.stack([np.zeros(3), *(plain().colours[label] for label in sorted(plain().colours))])[labels]
+    shading = 0.35 + 0.65 * np.maximum(facing @ TOWARDS, 0)
+    pictures = torch.from_numpy(colours * shading[..., None]).permute(0, 3, 1, 2)
+    for coded in (False, True):  # renderers that shade light, and those that shade coded values
+        shown = pictures if coded else to_coded(pictures)
+        lamp = lamp_of(shown.float(), ids, found, "srgb")
+        assert lamp.coded == coded and lamp.ambient == pytest.approx(0.35, abs=0.06)
+        assert float(np.dot(lamp.direction, camera.rotation @ TOWARDS)) > 0.99
+
+
+def test_labels_decide_what_is_asked() -> None:
+    recording = scenes(plain(), plain())
+    known = {effect.name: effect for effect in library("camera")}
+    with_labels = library_of(recording, known)
+    assert {"1.albedo", "4.albedo", "light_direction"} <= with_labels.keys()
+    without = library_of(replace(recording, labels=None), known)
+    assert not [name for name in without if name.rpartition(".")[2] in APPEARANCE_EFFECTS]
+    assert surfaces_of(replace(recording, labels=None)) is None
