@@ -32,8 +32,8 @@ INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest
 class ContactCase:
     """Episodes of a body on its support beside the simulator of `vision_s2r.contact`.
 
-    The search looks at poses in windows of 0.1 s, each from a measured state; the gap is that of positions in windows
-    of 0.25 s. An episode is a segment.
+    The search looks at poses in windows of 0.1 s, each from a measured state, and so does the gap, at positions. An
+    episode is a segment.
     """
 
     kind = "contact"
@@ -44,7 +44,7 @@ class ContactCase:
     discrepancies: Mapping[str, str] = MEANINGS
     certain: Mapping[str, float] = {}
     metric, unit = "position_rmse", "m"
-    described = "position in windows of 0.25 s that each begin at a measured state, of tosses that no fit has seen"
+    described = "position in windows of 0.1 s that each begin at a measured state, of tosses that no fit has seen"
 
     def __init__(self, recording: ContactRecording, library: Mapping[str, Effect]) -> None:
         self.recording, self.library = recording, library
@@ -119,7 +119,7 @@ class ContactCase:
         return np.array([float(square[within].mean()) if within.any() else 1.0 for square, within in of])
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
-        """Mean squared error [segments] of positions in windows of 0.25 s, m²."""
+        """Mean squared error [segments] of positions in windows of 0.1 s, m²."""
         return self._gap.of(hypothesis, segments)
 
     def floor(self, segments: Segments) -> np.ndarray:

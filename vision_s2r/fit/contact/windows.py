@@ -94,10 +94,9 @@ def make_track(recording: ContactRecording) -> Track:
 
 
 def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: bool = True) -> Windows:
-    """Windows over all episodes.
+    """Windows over all episodes, each begun where its first state is known best, none where an impact hides it.
 
-    With `thin` those in which little happens are fewer, each begins where its first state is known best, and none where
-    an impact hides it.
+    With `thin` those in which little happens are fewer.
     """
     length = max(LEAST, round(span / track.sample_time))
     every = max(1, round(stride / track.sample_time))
@@ -106,10 +105,10 @@ def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: b
     sample: list[int] = []
     for e, samples in enumerate(track.lengths):
         starts = range(0, int(samples) - int(steps[0]), every)
-        kept = list(starts)
-        if thin:
-            sure = [_surest(track, e, k, min(k + every, int(samples) - int(steps[0]))) for k in starts]
-            kept = [k for i, k in enumerate(sure) if track.states.clean[e, k] and _kept(track, e, k, length, i)]
+        sure = [_surest(track, e, k, min(k + every, int(samples) - int(steps[0]))) for k in starts]
+        kept = [
+            k for i, k in enumerate(sure) if track.states.clean[e, k] and (not thin or _kept(track, e, k, length, i))
+        ]
         episode += [e] * len(kept)
         sample += kept
     of, at = np.array(episode, dtype=np.int64), np.array(sample, dtype=np.int64)

@@ -21,6 +21,7 @@ CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
 TOSSES, SHOWN = 24, 4  # in a recording, and of them to measure how an effect shows
 MILD, SEVERE = 3.0, 100.0
 WEAK = (0.02, 0.3)
+LOUD = {"contact_compliance": (30.0, 300.0)}  # severities: a spring's rebound is not Newton's, however hard it is
 WINDOW = 0.25  # s
 ACTS = 0.1  # of the largest change that an effect makes to a window: it acts where its change is larger
 APART = {"restitution", "contact_compliance"}  # what they do together depends on whose spring it is
@@ -288,7 +289,7 @@ def _with_effects(setting: Setting, case: str, names: tuple[str, ...], rng: np.r
     """A body with these effects, each of which shows beside the others."""
     body = setting.nominal
     for name in names:
-        body = _of_severity(setting, body, LIBRARY[name][0], rng, (MILD, SEVERE))
+        body = _of_severity(setting, body, LIBRARY[name][0], rng, LOUD.get(name, (MILD, SEVERE)))
         if name in COEFFICIENTS:
             field = LIBRARY[name][1]["value"]
             if abs(getattr(body, field) - getattr(setting.nominal, field)) < 2 * NOTICEABLE * max(
