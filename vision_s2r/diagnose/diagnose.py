@@ -27,7 +27,7 @@ from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording
 from vision_s2r.recording.folders import folders, outputs
 from vision_s2r.recording.robot import is_robot, read_robot
 from vision_s2r.report import GapReport, figures, write_html
-from vision_s2r.report.drawing import Figures
+from vision_s2r.report.drawing import Figures, png
 from vision_s2r.report.page import framed, html
 from vision_s2r.report.reading import library
 
@@ -54,9 +54,10 @@ class SavedDiagnosis(GapReport):
         raise NotImplementedError
 
     def save(self, folder: Path | str) -> Path:
-        """Write report.json, report.html, patch/ and the commands to run next, next_recording.csv, into a folder.
+        """Write report.json, report.html, looks.png, patch/ and next_recording.csv, the commands to run next.
 
-        The folder is whole or not there at all; returns the page's path.
+        looks.png is the page's first figure: what was recorded beside both simulators. The folder is
+        whole or not there at all; returns the page's path.
 
         What was in the folder is gone. Raises UserError where it cannot be written.
         """
@@ -65,7 +66,10 @@ class SavedDiagnosis(GapReport):
         shutil.rmtree(making, ignore_errors=True)
         try:
             write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
-            write_html(report, self.plot(), making / "report.html")
+            drawn = self.plot()
+            write_html(report, drawn, making / "report.html")
+            if drawn:
+                write(making / "looks.png", png(next(iter(drawn.values()))))
             if self.experiment.commands:
                 write(making / NEXT, table.text(self.experiment.commands))
             if self.patched:  # else the simulator stays as it came

@@ -45,6 +45,7 @@ def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
             assert named[name][key]["value"] == pytest.approx(value, rel=0.02)
     assert report == json.loads((tmp_path / "again" / "report.json").read_text())
     assert "torque saturation" in (tmp_path / "once" / "report.html").read_text().lower()
+    assert (tmp_path / "once" / "looks.png").read_bytes().startswith(b"\x89PNG")
     assert (tmp_path / "once" / "patch" / "mujoco.xml").exists()
 
 
