@@ -37,6 +37,7 @@ class Curves:
     not_excited: Mapping[str, str] = field(default_factory=dict)
     sharp: bool = True
     unsteady = ""
+    allowance: float = 0.0
     rough: Names = frozenset()
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})

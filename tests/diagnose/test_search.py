@@ -67,6 +67,11 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
+def test_what_effects_may_do_otherwise_than_their_definitions_gets_no_name() -> None:
+    y = recording(7, wave=1.0, step=0.13)
+    assert names(diagnosed(y)) == {"wave", "step"} and names(diagnosed(y, allowance=0.9)) == {"wave"}
+
+
 def test_what_no_effect_explains_is_unexplained_and_located() -> None:
     other = 0.5 * np.exp(-(((T - 0.9) / 0.05) ** 2))
     found = diagnosed(recording(4, other=other), withheld=frozenset({"step", "late_step"}))

@@ -11,6 +11,8 @@ from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
 
+ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
+
 
 @dataclass(frozen=True)
 class Assessment:
@@ -107,6 +109,9 @@ class Assessor:
     def worth(self, more: Assessment, less: Assessment) -> bool:
         """Whether the names that `more` has and `less` has not are significant, and relevant."""
         gain, count = self.gain(more, less), max(len(more.names) - len(less.names), 1)
+        # What only makes up for effects that are a little unlike their definitions is no effect.
+        if gain.relief <= ALLOWED * self.case.allowance:
+            return False
         if gain.nats > self.cfg.local * count and gain.relief > 0 and self.adequate(less):
             return True  # at the floor, where the likelihood is that of noise, an effect may show in few places
         significant = gain.nats > self.cfg.evidence * count and gain.low > 0

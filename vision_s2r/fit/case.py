@@ -73,6 +73,7 @@ class Case(Protocol):
     unit: str  # of the gap: rad/s
     described: str  # which quantity is compared, over which horizon, in a sentence
     unsteady: str  # what the real thing does otherwise in each segment, in a few words; no effect is to blame for it
+    allowance: float  # share of the noise that segments are measured by, that is for effects unlike their definitions
     rough: Names  # effects whose form is only roughly the same on any two machines: how hard a contact is
     sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are
 

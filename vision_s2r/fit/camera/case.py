@@ -76,6 +76,7 @@ class CameraCase:
         self.certain: Mapping[str, float] = {"jpeg_compression": self.study.jpeg[1]} if self.study.jpeg else {}
         self.unsteady = "" if self.study.pictures.light == STEADY else UNSTEADY
         self.not_excited: Mapping[str, str] = self.study.not_excited
+        self.allowance = self.study.yardstick.allowance
         self._target = Target(
             self.study.pictures,
             fitted_variance(self.study.pictures, self.study.yardstick.variance),
@@ -366,7 +367,7 @@ class CameraCase:
         values = hypothesis.values
         if name in self.certain:
             return False
-        if of_stage("warp") & values.keys() and excitation.faint(name, values[name], self.study.pictures.scale):
+        if excitation.faint(name, values, self.study.pictures.scale):
             return True
         without = {each: value for each, value in values.items() if each != name}
         if name in of_stage("noise"):

@@ -137,6 +137,7 @@ class CameraFit:
     bends: Callable[[Optics], list[Setting]] | None = None  # settings to choose among before such a fit
     faint: Callable[[EffectValues], bool] | None = None  # whether another interpolation may pass for it
     by_channel: bool = False  # a warp that differs between colours
+    between: bool = False  # it looks between pixels: by which kernel is no part of it
     sized: bool = False  # its parameters scale with the pictures, also those not in px
 
 
@@ -151,6 +152,11 @@ def of_stage(*stages: Stage) -> frozenset[str]:
 def at_stage(names: Iterable[str], *stages: Stage) -> list[str]:
     """Those of `names`, in their order, that act there; they may be effects of labels."""
     return [name for name in names if CAMERA_FITS[name].stage in stages]
+
+
+def between() -> frozenset[str]:
+    """The effects that look between pixels."""
+    return frozenset(name for name, fit in CAMERA_FITS.items() if fit.between or fit.stage == "warp")
 
 
 def charted(names: Iterable[str]) -> list[str]:

@@ -5,9 +5,10 @@ from collections.abc import Iterable
 import torch
 
 from vision_s2r.fit.camera.coordinates import at_scale
-from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, EffectValues
+from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, between
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.weighing import detail
+from vision_s2r.fit.case import Values
 
 _EDGE = 6 / 255  # how far an edge stands out
 _DARK = 0.02  # coded value below which there is no light to change
@@ -15,10 +16,12 @@ _BETWEEN = 0.05  # of the pixels, that a third brightness must have
 _RANGE = 0.08  # coded values that a tone curve must span to be told from an exposure
 
 
-def faint(name: str, values: EffectValues, scale: float) -> bool:
-    """Whether this is a blur no stronger than the difference of two interpolation kernels, at that scale."""
+def faint(name: str, values: Values, scale: float) -> bool:
+    """Whether this is a blur no stronger than the difference of two kernels by which another looks between pixels."""
     found = CAMERA_FITS[name].faint
-    return found is not None and found(at_scale(name, values, scale))
+    if found is None or not between() & values.keys() - {name}:
+        return False
+    return found(at_scale(name, values[name], scale))
 
 
 def not_excited(pictures: Pictures, names: Iterable[str]) -> dict[str, str]:

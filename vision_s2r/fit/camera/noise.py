@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 import torch
@@ -12,6 +13,9 @@ from torch import Tensor
 from vision_s2r.camera.colour import to_coded, to_linear
 from vision_s2r.fit.case import Values
 
+# What coded values are: as the recording says, or a plain power where a maker's curve is nearer to that than to sRGB's.
+Curve = Literal["srgb", "linear", "power"]
+POWER, DARKEST = 2.2, 1e-4
 _LEVELS = 129  # of the light, equally spaced in coded values
 _DRAWS = torch.from_numpy(ndtri((np.arange(61) + 0.5) / 61)).float()
 _DRAWS /= _DRAWS.std(correction=0)
@@ -29,10 +33,10 @@ class Tail:
     full_well: float  # electrons, or infinite
     gains: tuple[float, ...]  # a channel
     gamma: float
-    linear: bool  # coded values are light
+    curve: Curve
 
     @classmethod
-    def of(cls, values: Values, encoding: str, channels: int) -> "Tail":
+    def of(cls, values: Values, curve: Curve, channels: int) -> "Tail":
         """The tail of a set of effects, neutral where they say nothing."""
         white = values.get("white_balance", {})
         gains = (white.get("red", 1.0), 1.0, white.get("blue", 1.0)) if channels == 3 else (1.0,)
@@ -41,7 +45,7 @@ class Tail:
             values.get("shot_noise", {}).get("full_well", float("inf")),
             gains,
             values.get("gamma", {}).get("gamma", 1.0),
-            encoding == "linear",
+            curve,
         )
 
     @property
@@ -71,10 +75,11 @@ class Tail:
 @lru_cache(maxsize=32)  # a fit mostly moves what comes before the tail
 def _table(tail: Tail) -> tuple[Tensor, Tensor]:
     coded = torch.linspace(0, 1, _LEVELS)
-    light = coded if tail.linear else to_linear(coded)
+    light = {"linear": lambda: coded, "srgb": lambda: to_linear(coded), "power": lambda: coded**POWER}[tail.curve]()
     spread = (tail.sigma**2 + light / tail.full_well).sqrt()
     drawn = (light[:, None] + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
-    drawn = drawn if tail.linear else to_coded(drawn)
+    if tail.curve != "linear":
+        drawn = to_coded(drawn) if tail.curve == "srgb" else drawn.clamp(min=DARKEST**POWER) ** (1 / POWER)
     values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
     return values.mean(-1), values.var(-1, correction=0)
 

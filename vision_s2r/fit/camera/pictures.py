@@ -84,9 +84,8 @@ def _canvas(
     """The simulator's picture [1, 3, H + 2m, W + 2m] under effects of surfaces and light; its edge repeats."""
     sim = torch.from_numpy(np.array(recording.sim[frame])).permute(2, 0, 1)[None]
     if surfaces is not None:
-        light = linear(sim) if recording.encoding == "srgb" else sim
-        light = through_scene(light, scene, surfaces.of([frame], seed))
-        sim = (coded(light.clamp(min=0)) if recording.encoding == "srgb" else light).clamp(0, 1)
+        light = through_scene(linear(sim, recording.encoding), scene, surfaces.of([frame], seed))
+        sim = coded(light.clamp(min=0), recording.encoding).clamp(0, 1)
     return F.pad(sim, (margin,) * 4, mode="replicate")
 
 

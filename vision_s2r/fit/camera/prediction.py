@@ -14,14 +14,14 @@ from torch import Tensor
 from vision_s2r.appearance import PICTURE_EFFECTS, is_appearance
 from vision_s2r.appearance.apply import after, in_order, passed
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.camera.effect import CameraEffect, Encoding, Frame, Interpolation
+from vision_s2r.camera.effect import CameraEffect, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
 from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
 from vision_s2r.fit.camera.light import STEADY, Light
-from vision_s2r.fit.camera.noise import Tail
+from vision_s2r.fit.camera.noise import DARKEST, POWER, Curve, Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
 from vision_s2r.fit.camera.surfaces import Surfaces
 from vision_s2r.fit.case import Values
@@ -85,9 +85,9 @@ class Pictures:
     real: Tensor
     meant: Tensor
     intrinsics: Tensor
-    encoding: Encoding
+    encoding: Curve
     scale: float = 1.0
-    kernel: str = KERNELS[0]  # of warps
+    kernel: str = KERNELS[0]  # of what looks between pixels
     light: Light = STEADY  # what frames have of their own
     surfaces: Surfaces | None = None  # what was rendered, where labels tell it
 
@@ -148,8 +148,8 @@ class Pictures:
                 scene = scene if scene is None or not of_scene else after(scene, name, given)
                 continue
             in_light = of_scene or CAMERA_EFFECTS[name].linear_light
-            if self.encoding == "srgb" and light != in_light:
-                pictures = linear(pictures) if in_light else coded(pictures)
+            if light != in_light:
+                pictures = (linear if in_light else coded)(pictures, self.encoding)
             light = in_light
             if of_scene and scene is not None:
                 pictures, scene = passed(pictures, name, given, scene)
@@ -157,7 +157,7 @@ class Pictures:
                 pictures = self._apply(CAMERA_EFFECTS[name], pictures, given)
             if keep and stages is not None:
                 stages[key] = pictures, light
-        pictures = coded(pictures) if light and self.encoding == "srgb" else pictures
+        pictures = coded(pictures, self.encoding) if light else pictures
         return pictures.clamp(0, 1)  # the sensor is full
 
     def seen(self, values: Values, segments: Sequence[int]) -> Tensor:
@@ -181,7 +181,8 @@ class Pictures:
         fit = CAMERA_FITS[effect.name]
         values = at_scale(effect.name, values, self.scale)
         if fit.stage != "warp":
-            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), "bicubic"))
+            interpolation: Interpolation = "bilinear" if self.kernel == "bilinear" else "bicubic"
+            return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), interpolation))
         # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
         channels = 3 if fit.by_channel else 1
         height, width = pictures.shape[-2:]
@@ -197,17 +198,25 @@ class Pictures:
         return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")
 
 
-def linear(pictures: Tensor) -> Tensor:
+def linear(pictures: Tensor, curve: Curve) -> Tensor:
     """Coded values to light, as `vision_s2r.camera.colour` has it, and beyond white and black as the curve goes on:
 
     what is brighter than the sensor bears may still be darkened by a lens.
     """
+    if curve == "linear":
+        return pictures
+    if curve == "power":
+        return pictures.clamp(min=DARKEST) ** POWER
     power = ((pictures.clamp(min=0.04045) + 0.055) / 1.055).log_().mul_(2.4).exp_()
     return power.add_((pictures.clamp(max=0.04045) - 0.04045).div_(12.92))
 
 
-def coded(light: Tensor) -> Tensor:
+def coded(light: Tensor, curve: Curve) -> Tensor:
     """The inverse of `linear`."""
+    if curve == "linear":
+        return light
+    if curve == "power":
+        return light.clamp(min=DARKEST**POWER) ** (1 / POWER)
     power = light.clamp(min=0.0031308).log_().mul_(1 / 2.4).exp_().mul_(1.055).sub_(0.055)
     return power.add_((light.clamp(max=0.0031308) - 0.0031308).mul_(12.92))
 

@@ -12,10 +12,11 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.fit.camera.coordinates import neutral, starts
-from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, of_stage
+from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, at_stage, between, of_stage
 from vision_s2r.fit.camera.elimination import without_idle
 from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
 from vision_s2r.fit.camera.light import STEADY
+from vision_s2r.fit.camera.noise import Curve
 from vision_s2r.fit.camera.prediction import Pictures, on_the_way
 from vision_s2r.fit.camera.resampling import KERNELS
 from vision_s2r.fit.camera.weighing import detail
@@ -23,6 +24,7 @@ from vision_s2r.fit.case import Values
 
 _COARSEST = 28  # px, of the shorter side
 _EDGES, _PHOTOGRAPHED = 0.1, 0.5  # of an edge's height, that is not known; in light that differs between frames
+_CURVE_GAIN = 0.95  # of the mean loss, that another curve must leave at most
 _LIGHT_GAIN = 0.02  # by which a shadow must lower the mean loss to stay
 
 
@@ -166,15 +168,36 @@ def _without_blurs(values: Values) -> Values:
 
 
 def likeliest_kernel(pictures: Pictures, values: Values, segments: Sequence[int]) -> str:
-    """The kernel of the recording's warps: that under which they predict best, after a little fitting."""
-    warps = [name for name in values if name in of_stage("warp")]
-    if not warps:
+    """The kernel by which the recording looks between pixels: the one that predicts best, after a little fitting."""
+    looking = [name for name in values if name in between()]
+    if not looking:
         return pictures.kernel
+    kernels = KERNELS if values.keys() & of_stage("warp") else (KERNELS[0], "bilinear")  # blurs know no others
     ends = {}
-    for kernel in KERNELS:
+    for kernel in kernels:
         target = rough_target(replace(pictures, kernel=kernel), values)
-        ends[kernel] = gauss_newton(target, values, warps, list(segments)[:2], 2)[1]
+        ends[kernel] = gauss_newton(target, values, looking, list(segments)[:2], 2)[1]
     return min(ends, key=lambda kernel: ends[kernel])
+
+
+def likeliest_curve(pictures: Pictures, values: Values, segments: Sequence[int]) -> Curve:
+    """The curve of the recording's coded values, likewise: sRGB's, unless a power predicts much better."""
+    of_light = at_stage(values, "light")
+    if pictures.encoding != "srgb" or pictures.surfaces is not None or not of_light:
+        return pictures.encoding
+    bare = {name: value for name, value in values.items() if name != "gamma"}  # which may make up for the curve
+
+    def loss(curve: Curve, some: Values) -> float:
+        moving = [*of_light, *(name for name in some if name in of_stage("tone"))]
+        target = rough_target(replace(pictures, encoding=curve), some)
+        return gauss_newton(target, some, moving, list(segments)[:2], 3)[1]
+
+    whole = loss("srgb", values)
+    for some in (bare, values):
+        power = loss("power", some)
+        if power < _CURVE_GAIN * loss("srgb", some) and power < whole / _CURVE_GAIN:
+            return "power"
+    return "srgb"
 
 
 def informative(pictures: Pictures, most: int) -> list[int]:

@@ -1,6 +1,6 @@
 """Warps under the kernels that cameras' optics and other simulators may have: which one is no part of an effect."""
 
-import math
+from functools import cache
 
 import numpy as np
 import torch
@@ -8,61 +8,67 @@ from numba import njit
 from torch import Tensor
 
 KERNELS = ("cubic -0.75", "cubic -0.5", "lanczos", "bilinear")  # Keys' cubic of two bends, Lanczos with three lobes
-_REACH = (2, 2, 3, 1)  # px
+_REACH = {"cubic -0.75": 2, "cubic -0.5": 2, "lanczos": 3, "bilinear": 1}  # px
+_PHASES = 1024  # between two pixels, at which weights are known: what lies between these is interpolated
 
 
 def resampled(pictures: Tensor, x: Tensor, y: Tensor, kernel: str) -> Tensor:
     """Pictures [B, C, H, W] at positions `x`, `y` [1 or C, H, W], px, under one of `KERNELS`; edges repeat."""
-    index = KERNELS.index(kernel)
-    found = np.empty(pictures.shape, np.float32)
-    planes, x_at, y_at = (np.ascontiguousarray(each.numpy(), np.float32) for each in (pictures, x, y))
-    _resample(planes, x_at, y_at, index, _REACH[index], found)
-    return torch.from_numpy(found)
-
-
-@njit(nogil=True, cache=True)
-def _weight(distance: float, kernel: int) -> float:
-    d = abs(distance)
-    if kernel == 3:
-        return max(1.0 - d, 0.0)
-    if kernel == 2:
-        if d < 1e-6:
-            return 1.0
-        if d >= 3:
-            return 0.0
-        turn = math.pi * d
-        return 3.0 * math.sin(turn) * math.sin(turn / 3) / (turn * turn)
-    bend = -0.75 if kernel == 0 else -0.5
-    if d <= 1:
-        return ((bend + 2) * d - (bend + 3)) * d * d + 1
-    return bend * (((d - 5) * d + 8) * d - 4) if d < 2 else 0.0
-
-
-@njit(nogil=True, cache=True)
-def _resample(pictures, x, y, kernel, reach, found):  # type: ignore[no-untyped-def]
     count, channels, height, width = pictures.shape
-    taps = 2 * reach
+    x_at, y_at = (np.ascontiguousarray(each.numpy(), np.float32) for each in (x, y))
+    # What shares a map lies side by side [maps, H, W, planes], so that a weight serves many values.
+    planes = pictures.transpose(0, 1).reshape(len(x_at), -1, height, width).permute(0, 2, 3, 1).contiguous().numpy()
+    found = np.empty(planes.shape, np.float32)
+    _resample(planes, x_at, y_at, _weights(kernel), found)
+    moved = torch.from_numpy(found).permute(0, 3, 1, 2).reshape(channels, count, height, width)
+    return moved.transpose(0, 1).contiguous()
+
+
+@cache
+def _weights(kernel: str) -> np.ndarray:
+    """The weights [phases + 1, taps] of the pixels about a position so far beyond the one before it; their sum is 1."""
+    reach = _REACH[kernel]
+    taps = np.arange(1 - reach, 1 + reach)
+    d = np.abs(np.linspace(0, 1, _PHASES + 1)[:, None] - taps)
+    if kernel == "bilinear":
+        weights = np.maximum(1 - d, 0)
+    elif kernel == "lanczos":
+        weights = np.where(d < 3, np.sinc(d) * np.sinc(d / 3), 0)
+    else:
+        bend = float(kernel.split()[1])
+        inner = ((bend + 2) * d - (bend + 3)) * d * d + 1
+        weights = np.where(d <= 1, inner, np.where(d < 2, bend * (((d - 5) * d + 8) * d - 4), 0))
+    return np.asarray(weights / weights.sum(1, keepdims=True), np.float32)
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _resample(planes, x, y, weights, found):  # type: ignore[no-untyped-def]
+    maps, height, width, count = planes.shape
+    phases, taps = len(weights) - 1, weights.shape[1]
     across, down = np.empty(taps, np.float32), np.empty(taps, np.float32)
     columns, rows = np.empty(taps, np.int64), np.empty(taps, np.int64)
-    each = channels // len(x)  # channels that share a map
-    for m in range(len(x)):
+    for m in range(maps):
         for i in range(x.shape[1]):
             for j in range(x.shape[2]):
-                left, top = math.floor(x[m, i, j]), math.floor(y[m, i, j])
-                sum_x, sum_y = 0.0, 0.0
-                for k in range(taps):
-                    column, row = left + 1 - reach + k, top + 1 - reach + k
-                    across[k], down[k] = _weight(x[m, i, j] - column, kernel), _weight(y[m, i, j] - row, kernel)
-                    sum_x += across[k]
-                    sum_y += down[k]
-                    columns[k], rows[k] = min(max(column, 0), width - 1), min(max(row, 0), height - 1)
-                scale = 1.0 / (sum_x * sum_y)
-                for b in range(count):
-                    for c in range(m * each, (m + 1) * each):
-                        value = 0.0
-                        for r in range(taps):
-                            line = 0.0
-                            for k in range(taps):
-                                line += across[k] * pictures[b, c, rows[r], columns[k]]
-                            value += down[r] * line
-                        found[b, c, i, j] = value * scale
+                _taps(x[m, i, j], width, weights, phases, taps, across, columns)
+                _taps(y[m, i, j], height, weights, phases, taps, down, rows)
+                at = found[m, i, j]
+                at[:] = 0
+                for r in range(taps):
+                    for k in range(taps):
+                        weight = down[r] * across[k]
+                        here = planes[m, rows[r], columns[k]]
+                        for p in range(count):
+                            at[p] += weight * here[p]
+
+
+@njit(nogil=True, cache=True, fastmath=True, inline="always")
+def _taps(position, size, weights, phases, taps, own, indices):  # type: ignore[no-untyped-def]
+    """The weights, and the pixels that they are of, of one position along one axis."""
+    first = np.int64(np.floor(position))
+    phase = (position - first) * phases
+    below = min(np.int64(phase), phases - 1)
+    part = np.float32(phase - below)
+    for k in range(taps):
+        own[k] = weights[below, k] + part * (weights[below + 1, k] - weights[below, k])
+        indices[k] = min(max(first + k + 1 - taps // 2, 0), size - 1)

@@ -33,6 +33,7 @@ class Yardstick:
     tolerance: Tensor
     counted: Tensor
     temper: float
+    allowance: float  # share of the variance that is for effects unlike their definitions
     scale: float = 1.0  # size of the pictures that are compared against the recording's, whose pixels' noise they share
 
     @property

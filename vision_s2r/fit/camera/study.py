@@ -21,6 +21,7 @@ from vision_s2r.fit.camera.reference import (
     fit_reference,
     fitted_variance,
     informative,
+    likeliest_curve,
     likeliest_kernel,
     pyramid,
     rough_target,
@@ -46,6 +47,7 @@ _LARGE, _WORKED = 200, 600_000  # px of the shorter side, and values in all: pic
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
+_DEFINED, _KERNELS = 0.05, 0.1  # of what it changes, that an effect may do otherwise; and a blur
 _BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
 
 
@@ -98,7 +100,9 @@ def study(recording: CameraRecording, library: Collection[str]) -> Study:
     yardstick, _ = measure_noise(pictures, whole, reference, jpeg, recording.bits)
     target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
     reference = without_idle(target, reference, segments, fixed)
-    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharp(reference, pictures.scale), segments))
+    sharper = sharp(reference, pictures.scale)
+    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharper, segments))
+    pictures = replace(pictures, encoding=likeliest_curve(pictures, sharper, segments))
     links = chain(replace(target, pictures=pictures), reference, segments, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
     yardstick, bins = measure_noise(pictures, whole, reference, jpeg, recording.bits)
@@ -156,10 +160,8 @@ def frames_of_a_fit(pictures: Pictures) -> int:
 
 
 def sharp(values: Values, scale: float) -> Values:
-    """Without a blur so small that the kernel of a warp can be it."""
-    if not values.keys() & of_stage("warp"):
-        return values
-    return {name: value for name, value in values.items() if not excitation.faint(name, value, scale)}
+    """Without a blur so small that the kernel of what looks between pixels can be it."""
+    return {name: value for name, value in values.items() if not excitation.faint(name, values, scale)}
 
 
 def open_pictures(recording: CameraRecording) -> Pictures:
@@ -197,7 +199,7 @@ def measure_noise(
     pictures: Pictures, whole: Pictures, reference: Values, jpeg: tuple[int, float] | None, bits: int
 ) -> tuple[Yardstick, NoiseBins]:
     """The yardstick of `pictures`, from what the reference leaves; noise is that of the `whole` ones' pixels."""
-    whole = replace(whole, kernel=pictures.kernel, light=pictures.light)
+    whole = replace(whole, kernel=pictures.kernel, encoding=pictures.encoding, light=pictures.light)
     large = pictures.scale < 1
     counted, mean, residual = _left(whole, reference)
     scatter = torch.zeros_like(mean[:, :1])
@@ -220,10 +222,13 @@ def measure_noise(
     edge = _edge_error(residual, mean, measured, counted, reference)
     tolerance = (edge * detail(mean)).square() + scatter
     tolerance += torch.cat([mixed(pictures, reference, [k]) for k in range(len(mean))])
+    allowed = _allowance(pictures, mean, reference)
+    tolerance += allowed
     variance = measured + tolerance
     floor = measured + scatter
     tempered = temper(residual, variance, counted)
-    return Yardstick(noise, measured, floor, tolerance, counted, tempered, pictures.scale), bins
+    share = float((allowed / variance).mean(1, keepdim=True)[counted].mean()) if counted.any() else 0.0
+    return Yardstick(noise, measured, floor, tolerance, counted, tempered, share, pictures.scale), bins
 
 
 def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
@@ -238,6 +243,20 @@ def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Te
         means.append(pictures.through_encoder(mean, reference))
     mean = torch.cat(means)
     return counted, mean, pictures.real - mean
+
+
+def _allowance(pictures: Pictures, mean: torch.Tensor, reference: Values) -> torch.Tensor:
+    """The variance [N, 1, H, W] of what effects may do otherwise than their definitions: a share of what they change.
+
+    No lens' blur is a disk, and no maker's curve quite sRGB's. `mean` is what the reference predicts.
+    """
+    every = range(len(pictures.sim))
+    blurs = of_stage("blur")
+    sharp = mean
+    if reference.keys() & blurs:
+        sharp = pictures.predict({k: v for k, v in reference.items() if k not in blurs}, every).mean
+    change = (_DEFINED * (mean - pictures.sim)).square() + (_KERNELS * (mean - sharp)).square()
+    return change.mean(1, keepdim=True)
 
 
 def _edge_error(

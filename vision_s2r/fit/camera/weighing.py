@@ -9,10 +9,9 @@ import torch.nn.functional as F
 from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
-from vision_s2r.camera.effect import Encoding
 from vision_s2r.fit.camera.codec import within_blocks
 from vision_s2r.fit.camera.flat_fields import flat_fields, squared_noise
-from vision_s2r.fit.camera.noise import Tail
+from vision_s2r.fit.camera.noise import Curve, Tail
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.case import Values
 
@@ -49,7 +48,7 @@ class NoiseBins:
     squares: np.ndarray
     counts: np.ndarray
     values: np.ndarray
-    encoding: Encoding
+    encoding: Curve
     repeated: float  # samples that say as much as an independent one
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -63,7 +62,7 @@ class NoiseBins:
         return np.asarray(np.sqrt(np.minimum(counts / self.repeated, _CERTAIN) / 2))
 
 
-def _place(pictures: Tensor, encoding: Encoding) -> Tensor:
+def _place(pictures: Tensor, encoding: Curve) -> Tensor:
     """Where in the bins, from 0 to BINS, the values [B, C, H, W] of pictures lie."""
     values = pictures.clamp(0, 1)
     return (values.sqrt() if encoding == "linear" else values) * BINS
@@ -80,9 +79,7 @@ def detail(mean: Tensor) -> Tensor:
     return F.max_pool2d(local, 3, 1, padding=1)
 
 
-def measure(
-    residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor, encoding: Encoding
-) -> NoiseBins:
+def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor, encoding: Curve) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
@@ -145,7 +142,7 @@ class NoiseModel:
     base: float  # variance of measurement noise that no effect is named for, without rounding
     rounding: float  # variance of rounding to the recording's bits
     attenuation: Attenuation
-    encoding: Encoding
+    encoding: Curve
 
     @property
     def quiet(self) -> float:

@@ -40,6 +40,7 @@ class ContactCase:
     sharp = False
     refitted: Names = frozenset()  # a wrong coefficient is an effect as any other
     unsteady = ""
+    allowance = 0.0
     rough: Names = frozenset({name for name, fit in CONTACT_FITS.items() if fit.rough})
     discrepancies: Mapping[str, str] = MEANINGS
     certain: Mapping[str, float] = {}

@@ -53,6 +53,7 @@ class JointCase:
 
     kind = "joint"
     unsteady = ""
+    allowance = 0.0
     sharp = False
     refitted: Names = frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO}
     discrepancies: Mapping[str, str] = MEANINGS
@@ -61,16 +62,14 @@ class JointCase:
         self.recording = recording
         self.library = library
         apart = {"torque_constant": ONE_GAIN} if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
-        off = recording.supply is not None and bool((recording.supply <= 0).any())
-        apart |= {} if off else {"back_emf": NEVER_OFF}
+        apart |= {} if recording.supply is not None and (recording.supply <= 0).any() else {"back_emf": NEVER_OFF}
         self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
         grid = find_quantization_grid(recording.position, recording.lengths)
         derived = grid is not None and _is_derived(recording)
         self.track: Track = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
-        # The damping that a model believes in is in part the motor's, which goes with its drive.
-        self.refitted = frozenset((self.refitted | ({"back_emf"} if off else set())) & self.library.keys())
+        self.refitted = frozenset(self.refitted & self.library.keys())
         self.metric, self.unit = gap_metric(recording)
         self.described = self._describe()
         rounding = grid.resolution**2 / 12 if grid else 0.0

@@ -57,6 +57,7 @@ class UnpairedCase:
     kind = "camera"
     sharp = True
     unsteady = ""
+    allowance = 0.0
     rough: Names = frozenset()
     refitted: Names = frozenset()
     metric = "statistics_distance"

@@ -15,6 +15,7 @@ CAMERA_FITS.register(
             for angle in (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
         ],
         needs=("edges",),
+        between=True,
         confusable=frozenset({"low_resolution"}),
         faint=lambda values: values["length"] < 1.1,
         unpaired=UnpairedFit(

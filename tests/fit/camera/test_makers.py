@@ -1,0 +1,46 @@
+"""Cameras of other makers: by what kernel one looks between pixels, and by what curve it codes light, is no effect."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from tests.fit.camera.test_camera_case import EVERY, FRAMES, opened, recorded, scenes
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.recording.data import CameraRecording
+
+
+def seen(real: torch.Tensor) -> CameraRecording:
+    """Pairs with these real pictures [N, 3, H, W], with half a grey level of noise, rounded."""
+    noise = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * 0.5 / 255
+    pictures = ((real + noise).clamp(0, 1) * 255).round().permute(0, 2, 3, 1).numpy() / np.float32(255)
+    return replace(recorded(), real=pictures)
+
+
+def sim() -> torch.Tensor:
+    return (scenes() * 255).round() / 255
+
+
+def test_a_path_between_pixels_by_another_kernel_is_no_defocus() -> None:
+    blurred = {"motion_blur": {"length": 3.4, "angle": -25.0}}
+    case = opened(seen(Camera(interpolation="bilinear")(sim(), CameraParameters.of(blurred, FRAMES))))
+    fitted = case.fit(frozenset({"motion_blur"}), EVERY, None)
+    assert fitted.values["motion_blur"]["length"] == pytest.approx(3.4, rel=0.02)
+    assert case.excess(fitted, EVERY).mean() < 1.1
+    both = case.fit(frozenset({"motion_blur", "defocus_blur"}), EVERY, None)
+    assert case.negligible(both, "defocus_blur")
+
+
+def test_light_through_a_plain_power_is_no_second_effect() -> None:
+    y, x = np.mgrid[-1:1:64j, -1:1:64j]
+    shade = torch.from_numpy(1 - 0.7 * (x**2 + y**2) / 2).float()
+    case = opened(seen((sim() ** 2.2 * shade) ** (1 / 2.2)))
+    fitted = case.fit(frozenset({"vignetting"}), EVERY, None)
+    assert fitted.values["vignetting"]["strength"] == pytest.approx(0.7, rel=0.02)
+    assert case.excess(fitted, EVERY).mean() < 1.1
+
+
+def test_what_an_effect_changes_it_may_change_a_little_otherwise() -> None:
+    case = opened(recorded(exposure={"stops": 0.8}))
+    assert case.allowance > 0.3 and opened(recorded()).allowance < 0.01
