@@ -14,8 +14,19 @@ from vision_s2r.camera.colour import to_coded
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
+from vision_s2r.fit.camera.grain import grain_of
 from vision_s2r.fit.camera.surfaces import library_of, surfaces_of
-from vision_s2r.gapbench.generate.appearance_scenes import BALL, BOX, TABLE, Look, cast, pinhole, shaded, solids
+from vision_s2r.gapbench.generate.appearance_scenes import (
+    BALL,
+    BOX,
+    TABLE,
+    Look,
+    cast,
+    grain,
+    pinhole,
+    shaded,
+    solids,
+)
 from vision_s2r.recording import CameraRecording
 from vision_s2r.recording.write import write
 from vision_s2r.report.reading import library
@@ -98,3 +109,23 @@ def test_labels_decide_what_is_asked() -> None:
     without = library_of(replace(recording, labels=None), known)
     assert not [name for name in without if name.rpartition(".")[2] in APPEARANCE_EFFECTS]
     assert surfaces_of(replace(recording, labels=None)) is None
+
+
+def test_grain_is_measured_and_is_no_blur() -> None:
+    rng = np.random.default_rng(5)
+    light = np.full((4, 96, 96), 0.4)
+    light[:, :, 64:] = 0.1
+    label = np.zeros((4, 1, 96, 96), np.float32)
+    label[..., :64] = 1
+    field = np.stack([grain((96, 96), 5.0, rng) for _ in range(4)])
+    real = to_coded(torch.from_numpy(light * (1 + 0.12 * field * label[:, 0]))).float()[:, None]
+    mean = to_coded(torch.from_numpy(light)).float()[:, None]
+    noisy = real - mean + torch.from_numpy(rng.normal(0, 0.01, real.shape)).float()
+    region, counted = torch.from_numpy(label), torch.ones(real.shape, dtype=torch.bool)
+    found = grain_of(noisy, mean, region, counted, "srgb")
+    assert found is not None
+    assert found.amplitude == pytest.approx(0.12, rel=0.1) and found.scale == pytest.approx(5.0, rel=0.15)
+    assert grain_of(noisy, mean, 1 - region, counted, "srgb") is None  # noise alone
+    lines = torch.zeros_like(mean)
+    lines[..., ::12] = 0.1
+    assert grain_of(lines, mean, region, counted, "srgb") is None  # something in few places

@@ -10,7 +10,7 @@ from vision_s2r.options import option, validate
 from vision_s2r.parallel import backend_option
 
 STAGES = ("generate", "score", "all")
-KINDS = ("joint", "camera", "contact", "arm")
+KINDS = ("joint", "camera", "contact", "arm", "appearance")
 COUNTS = {
     "null": 20,
     "dynamics": 18,

@@ -4,17 +4,19 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
 import torch
+from scipy import stats
 from torch import Tensor
 
+from vision_s2r.appearance import label_of
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
-from vision_s2r.fit.camera.coordinates import starts
-from vision_s2r.fit.camera.effect import CAMERA_FITS, charted, of_stage
+from vision_s2r.fit.camera.coordinates import bounded, starts
+from vision_s2r.fit.camera.effect import CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
     Target,
     best_start,
@@ -23,6 +25,7 @@ from vision_s2r.fit.camera.fitting import (
     normal,
     search_factor,
 )
+from vision_s2r.fit.camera.grain import Varied, grain_of, per_share
 from vision_s2r.fit.camera.intervals import Spread, spread
 from vision_s2r.fit.camera.light import STEADY, UNSTEADY, stops
 from vision_s2r.fit.camera.prediction import Stages, without_encoder
@@ -38,6 +41,8 @@ from vision_s2r.threads import one_thread
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
 _SHOWING = 500  # samples of a brightness, that tell how noisy it is
+_GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
+_STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
 _REMEMBERED = 12  # hypotheses whose scores are kept
 
@@ -109,9 +114,13 @@ class CameraCase:
     @torch.inference_mode()
     def _fit(self, names: Names, segments: tuple[int, ...], start: Hypothesis | None) -> Hypothesis:
         plain = frozenset(names & self.library.keys())
+        grainy = at_stage(sorted(plain), "grain")
+        plain -= frozenset(grainy)
         unknown = sorted(names & self.discrepancies.keys())
         # An unknown is fitted to what the effects leave, which are the same whatever stands beside them.
-        values = self.fit(plain, segments, start).values if unknown else self._fit_effects(plain, segments, start)
+        beside = unknown or grainy
+        values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
+        values = dict(values) | self._fit_grain(values, grainy, segments)
         return Hypothesis(values, self._fit_discrepancies(values, unknown, list(segments)))
 
     def _fit_effects(
@@ -132,6 +141,35 @@ class CameraCase:
         if noisy and moving:
             found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, segments)}
         return {name: dict(found[name]) for name in effects}
+
+    def _fit_grain(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
+        """The grain of labels in what effects leave of them; of no strength where it is none."""
+        found: dict[str, dict[str, float]] = {}
+        surfaces = self.study.pictures.surfaces
+        if not names or surfaces is None:
+            return found
+        mean, _, _ = self._predicted(values, list(segments), lit=True)
+        residual = self.study.pictures.real[list(segments)] - self._encoded(mean, values)
+        counted = self.study.yardstick.counted[list(segments)]
+        for name in names:
+            region = surfaces.of(segments).region(label_of(name) or 0)
+            grain = grain_of(residual, mean, region, counted, self.study.pictures.encoding)
+            found[name] = {"amplitude": 0.0, "scale": 6.0} if grain is None else bounded(name, asdict(grain))
+        return found
+
+    def _varied(self, values: Values, segment: int) -> list[Varied]:
+        """What the grain of each label makes of a frame."""
+        names, surfaces = at_stage(values, "grain"), self.study.pictures.surfaces
+        if not names or surfaces is None:
+            return []
+        mean, _, _ = self._predicted(values, [segment], lit=True)
+        share, scene = per_share(mean, self.study.pictures.encoding), surfaces.of([segment])
+        found = []
+        for name in names:
+            amplitude, scale = values[name]["amplitude"], values[name]["scale"]
+            region = scene.region(label_of(name) or 0)
+            found.append(Varied((amplitude * region * share).square(), math.pi * scale**2))
+        return found
 
     def _few(self, segments: Sequence[int]) -> list[int]:
         """The frames that show most, of these."""
@@ -221,7 +259,8 @@ class CameraCase:
             scores: list[FrameScore] = []
             for segment in segments:  # a frame at a time stays in the cache
                 residual, noise, outliers = self.residual(hypothesis, [segment], lit)
-                scores += self._score(residual, noise, segment, outliers, bool(hypothesis.extra))
+                varied = self._varied(hypothesis.values, segment)
+                scores += self._score(residual, noise, segment, outliers, bool(hypothesis.extra), varied)
             with self._lock:
                 if len(self._scores) >= _REMEMBERED:
                     self._scores.pop(next(iter(self._scores)))
@@ -230,15 +269,21 @@ class CameraCase:
         return self._scores[key]
 
     def _score(
-        self, residual: Tensor, noise: Tensor, segment: int, outliers: float, flexible: bool
+        self,
+        residual: Tensor,
+        noise: Tensor,
+        segment: int,
+        outliers: float,
+        flexible: bool,
+        varied: Sequence[Varied],
     ) -> list[FrameScore]:
         """A frame's score, about what the renderer's rounding leaves; the gap is that of its pictures as they are."""
         yardstick = self.study.yardstick
         if not self._rendered:
-            return score(yardstick, residual, noise, [segment], outliers, flexible)
-        whole = score(yardstick, residual, noise, [segment], outliers, flexible)
+            return score(yardstick, residual, noise, [segment], outliers, flexible, varied)
+        whole = score(yardstick, residual, noise, [segment], outliers, flexible, varied)
         left = unrounded(residual, self._rendered[segment], yardstick.counted[[segment]])
-        without = score(yardstick, left, noise, [segment], outliers, flexible)
+        without = score(yardstick, left, noise, [segment], outliers, flexible, varied)
         return [replace(a, error=b.error) for a, b in zip(without, whole, strict=True)]
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -318,10 +363,21 @@ class CameraCase:
                 gains[name] = self._noise_gain(hypothesis, name)
             elif name == "jpeg_compression":
                 gains[name] = 0.0
+            elif CAMERA_FITS[name].stage == "grain":
+                gains[name] = self._grain_gain(hypothesis, name, few)
             else:
                 best = max(gain(name, setting) for setting in self._settings(name))
                 gains[name] = best * pixels / self.study.yardstick.temper
         return gains
+
+    def _grain_gain(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
+        values = dict(hypothesis.values) | self._fit_grain(hypothesis.values, [name], few)
+        if not values[name]["amplitude"]:
+            return 0.0
+        both = [
+            sum(float(each.loglik.sum()) for each in self._scored(of, few)) for of in (Hypothesis(values), hypothesis)
+        ]
+        return max(both[0] - both[1], 0.0) * self.segments / len(few)
 
     def _settings(self, name: str) -> list[Mapping[str, float]]:
         """A few settings of an effect; that of the reference first, where it has one."""
@@ -367,6 +423,8 @@ class CameraCase:
         values = hypothesis.values
         if name in self.certain:
             return False
+        if CAMERA_FITS[name].stage == "grain":
+            return values[name]["amplitude"] == 0.0
         if excitation.faint(name, values, self.study.pictures.scale):
             return True
         without = {each: value for each, value in values.items() if each != name}
@@ -379,6 +437,14 @@ class CameraCase:
         spread_change = (
             predicted_noise(yardstick, variance, mean).sqrt() - predicted_noise(yardstick, other_variance, mean).sqrt()
         )
+        if at_stage(values, "scene") and CAMERA_FITS[name].stage in ("scene", "light", "tone"):
+            # Colours are rendered to a step, and which way surfaces face is known to a degree.
+            left = self.residual(hypothesis, few, lit=True)[0]
+            least = max(
+                _STEP, _BESIDE_REST * float(left[yardstick.counted[few].expand_as(left)].square().mean().sqrt())
+            )
+            if float((mean - other).square().mean().sqrt()) < least:
+                return True
         change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
         counted = yardstick.counted[few].expand_as(change)
         return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
@@ -408,7 +474,21 @@ class CameraCase:
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter, from how frames differ."""
-        return self._spread(hypothesis).intervals
+        return self._spread(hypothesis).intervals | self._grain_intervals(hypothesis)
+
+    def _grain_intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """By leaving out groups of frames in turn (jackknife)."""
+        names, groups = at_stage(hypothesis.values, "grain"), min(4, self.segments)
+        rest = [[k for k in range(self.segments) if k % groups != group] for group in range(groups)]
+        left = [self._fit_grain(hypothesis.values, names, some) for some in rest]
+        found: dict[str, dict[str, tuple[float, float]]] = {}
+        for name in names:
+            for key, value in hypothesis.values[name].items():
+                each = np.array([one[name][key] for one in left])
+                deviation = np.sqrt((groups - 1) / groups * np.sum((each - each.mean()) ** 2))
+                half = max(stats.t.ppf(0.975, groups - 1) * float(deviation), _GRAIN * value)
+                found.setdefault(name, {})[key] = (value - half, value + half)
+        return found
 
     def _spread(self, hypothesis: Hypothesis) -> Spread:
         key = _key(hypothesis)

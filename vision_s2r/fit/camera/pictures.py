@@ -30,7 +30,8 @@ class Shown:
     """A simulated picture through the effects."""
 
     picture: np.ndarray  # float32 [H, W, 3] in [0, 1], with a draw of the noise
-    mean: np.ndarray  # the same without noise
+    mean: np.ndarray  # the same without noise and grain
+    grain: np.ndarray | None  # what the grain of surfaces adds to it; None without any
     known: np.ndarray  # bool [H, W]: where the simulator's picture is meant, and the camera did not look beyond it
 
 
@@ -69,13 +70,14 @@ def show(
         return camera(image, CameraParameters.of(some, 1, seeds), margin, intrinsics)[0].permute(1, 2, 0).numpy()
 
     mean = through(bare, quiet)
-    picture = mean if len(quiet) == len(effects) and len(flat) == len(scene) else through(dressed, effects)
+    grainy = mean if len(flat) == len(scene) else through(dressed, quiet)
+    picture = grainy if len(quiet) == len(effects) else through(dressed, effects)
     meant = torch.ones(1, 1, height, width)
     if recording.mask is not None:
         meant = torch.from_numpy(recording.mask[frame]).float()[None, None]
     meant = F.pad(meant, (margin,) * 4).expand(1, 3, -1, -1)
     known = through(meant, {name: given for name, given in effects.items() if name in of_stage("warp")})
-    return Shown(picture, mean, np.all(known > 0.999, axis=2))
+    return Shown(picture, mean, None if grainy is mean else grainy - mean, np.all(known > 0.999, axis=2))
 
 
 def _canvas(
@@ -92,19 +94,29 @@ def _canvas(
 def gap(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float]:
     """Root mean square (grey levels) between a real picture and the simulator's, before and after the effects.
 
-    A draw of noise never matches another: the mean is compared, and to its squared error comes the squared difference
-    of the standard deviations of the real picture's noise and of the noise predicted, which is none before.
+    A draw of noise or grain never matches another: the mean is compared, and to its squared error comes the squared
+    difference of the standard deviations of the real picture's noise and of the noise predicted, which is none before.
     """
     real, known = recording.real[frame], shown.known
     if not known.any():
         known = np.ones_like(known)
     before, after = real - recording.sim[frame], real - shown.mean
     noise = np.sqrt(noise_variance(after, known))
-    predicted = np.sqrt(np.mean((shown.picture - shown.mean)[known] ** 2))
+    grain = np.zeros_like(after) if shown.grain is None else shown.grain
+    predicted = np.sqrt(np.mean((shown.picture - shown.mean - grain)[known] ** 2))
     return {
         "before": _level(np.mean(before[known] ** 2) + noise**2),
-        "after": _level(np.mean(after[known] ** 2) + (noise - predicted) ** 2),
+        "after": _level(_unlike(after[known], grain[known]) + (noise - predicted) ** 2),
     }
+
+
+def _unlike(left: np.ndarray, grain: np.ndarray) -> float:
+    """Mean square of what is left [n, C], where there is grain by the difference of standard deviations alone."""
+    own = np.abs(grain).max(axis=1) > 0
+    if not own.any():
+        return float(np.mean(left**2))
+    spread = np.sqrt(np.mean(left[own] ** 2)) - np.sqrt(np.mean(grain[own] ** 2))
+    return float(np.sum(left[~own] ** 2) / left.size + spread**2 * own.mean())
 
 
 def distance(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float]:

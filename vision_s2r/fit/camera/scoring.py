@@ -1,6 +1,7 @@
 """How well a hypothesis predicts each frame: likelihood by blocks, excess over the noise, and the gap's metric."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from torch import Tensor
 
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.fitting import FREEDOM
+from vision_s2r.fit.camera.grain import Varied, matched
 from vision_s2r.fit.camera.weighing import LEAST, NoiseModel
 
 BLOCK = 8  # px: within it residuals depend on each other
@@ -76,17 +78,19 @@ def score(
     segments: list[int],
     outliers: float = 0.0,
     flexible: bool = False,
+    varied: Sequence[Varied] = (),
 ) -> list[FrameScore]:
     """The frames `segments`, whose residuals [B, C, H, W] and predicted noise are given.
 
-    A `flexible` prediction pays for what it makes up of a simulator's own tolerance.
+    A `flexible` prediction pays for what it makes up of a simulator's own tolerance. `varied` says how
+    labels with grain are predicted to vary.
     """
     counted = yardstick.counted[segments].float()
     tolerance = yardstick.tolerance[segments]
-    variance = predicted + tolerance
+    variance = predicted + tolerance + sum(each.variance for each in varied)
     density = _log_student(residual.square() / variance) - 0.5 * variance.log()
     floor = yardstick.measured[segments] + tolerance
-    squared = residual.square()
+    squared = matched(residual.square(), floor, varied, yardstick.counted[segments])
     if outliers:
         density = torch.logaddexp(density + np.log1p(-outliers), torch.full_like(density, np.log(outliers)))
         far = (squared > 16 * floor) & (counted > 0)

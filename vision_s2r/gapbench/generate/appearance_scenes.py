@@ -138,7 +138,7 @@ def shaded(camera: Pinhole, things: list[Solid], look: Look, rng: Rng) -> Array:
 
 def grain(shape: tuple[int, int], length: float, rng: Rng) -> Array:
     """A Gaussian field of unit variance whose correlation falls to 1/e at this distance (samples)."""
-    field = cv2.GaussianBlur(rng.standard_normal(shape), (0, 0), length / 2, borderType=cv2.BORDER_WRAP)
+    field = cv2.GaussianBlur(rng.standard_normal(shape), (0, 0), length / 2, borderType=cv2.BORDER_REFLECT)
     return (field - field.mean()) / field.std()
 
 

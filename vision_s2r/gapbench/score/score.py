@@ -1,5 +1,6 @@
 """Score one report against its answer."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -8,10 +9,14 @@ DYNAMICS = {
     *("viscous_damping", "coulomb_friction", "inertia", "gravity_torque", "bias_torque", "torque_constant"),
     *("proportional_gain", "derivative_gain", "position_offset", "payload"),
 }
+APPEARANCE = {"albedo", "texture", "light_direction", "ambient"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
 SILENT_VERDICTS = {"no_gap", "explained"}
 NAMED_CASES = ("dynamics", "single", "pair", "triple", "all_nominal", "known_unknown", "unpaired")
-TURNS = {"motion_blur": 180.0, "uneven_illumination": 360.0, "cast_shadow": 360.0}  # deg, period of `angle`
+TURNS = {  # period of `angle` (deg) or `azimuth` (rad)
+    **{"motion_blur": 180.0, "uneven_illumination": 360.0, "cast_shadow": 360.0},
+    "light_direction": 2 * math.pi,
+}
 
 
 @dataclass(frozen=True)
@@ -98,8 +103,9 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
 
 
 def label(line: Mapping[str, Any]) -> str:
-    """What a line of a report is about: an effect, in an arm that of a joint."""
-    return f"{line['joint']}.{line['name']}" if line.get("joint") else str(line["name"])
+    """What a line of a report is about: an effect, in an arm that of a joint, in a scene that of a label."""
+    part = line.get("joint", line.get("label"))
+    return str(line["name"]) if part is None else f"{part}.{line['name']}"
 
 
 def _declared(report: Mapping[str, Any], named: set[str], required: set[str]) -> bool:
@@ -128,6 +134,8 @@ def _drive(report: Any, named: set[str], required: set[str], optional: set[str])
 
 def source_of(kind: str, effect: str) -> str:
     """The source of the gap that an effect of this kind of recording belongs to."""
+    if kind == "appearance":
+        return kind if effect.rpartition(".")[2] in APPEARANCE else "camera"
     if kind not in ("joint", "arm"):
         return kind
     return "dynamics" if effect.rpartition(".")[2] in DYNAMICS else "actuator"
@@ -187,9 +195,10 @@ def _parameter_scores(report: Mapping[str, Any], truth: Mapping[str, Mapping[str
             if told is None:
                 continue
             estimate, (low, high) = float(told["value"]), (float(edge) for edge in told["ci"])
-            if key == "angle" and name in TURNS:
+            if key in ("angle", "azimuth") and name in TURNS:
                 turns = TURNS[name] * round((estimate - value) / TURNS[name])
-                estimate, low, high, scale = estimate - turns, low - turns, high - turns, 180.0
+                half = 180.0 if key == "angle" else math.pi
+                estimate, low, high, scale = estimate - turns, low - turns, high - turns, half
             else:
                 scale = max(abs(true[other]) for other in true if units[other] == units[key])
             slack = 1e-6 * scale  # of decimals in files
