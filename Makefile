@@ -18,7 +18,7 @@ $(STAMP): constraints.txt pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
 	touch $@
 
-demo: setup ## render, train, evaluate, diagnose a withheld camera, in at most 15 minutes: outputs/demo/index.html
+demo: setup ## render, train, evaluate, diagnose a withheld robot, in at most 15 minutes: outputs/demo/index.html
 	$(BIN)/vision-s2r run experiment=demo
 	$(BIN)/vision-s2r close-gap experiment=demo
 

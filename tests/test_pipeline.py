@@ -28,13 +28,19 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert {path: path.stat().st_mtime_ns for path in made} == made
 
     networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
-    closed = _run(tmp_path, "close_gap", "close_gap.withheld=1", "close_gap.steps=2", *networks)
+    small = ("close_gap.withheld=1", "close_gap.steps=2", "close_gap.policy_steps=2", "close_gap.grasps=4")
+    closed = _run(tmp_path, "close_gap", *small, "close_gap.sources=[camera]", "close_gap.draws=2", *networks)
     assert closed.returncode == 0, closed.stderr
     summary = json.loads((tmp_path / "out" / "close_gap" / "close_gap.json").read_text())
-    (camera,) = summary["cameras"]
-    assert len(camera["truth"]) == 3 and camera["shrink"] > 0.5 and camera["effects"]
-    assert set(camera["success"]) == {"oracle", "before", "everything", "after", "true_effects"}
+    (robot,) = summary["robots"]
+    assert list(robot["truth"]) == ["camera"] and robot["named"]
+    assert set(robot["success"]) == {"as_it_came", "everything", "diagnosed", "posterior", "true_effects"}
+    losses = robot["losses"]
+    parts = sum(source["lost"] for source in losses["sources"])
+    assert abs(parts - (losses["simulated"] - losses["real"])) < 1e-9
     assert "report.html" in closed.stderr and (tmp_path / "out" / "close_gap" / "close_gap.png").exists()
+    page = tmp_path / "out" / "close_gap" / "robot-0" / "diagnosis" / "report.html"
+    assert "from simulation to reality" in page.read_text()
 
 
 def folder_of(folder: Path, kind: str) -> Path:

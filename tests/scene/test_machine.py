@@ -17,7 +17,7 @@ OVER = np.array([-1.0, 1.5, 0.1, 0.3])
 @pytest.fixture(scope="module")
 def grasps():
     rng = np.random.default_rng(0)
-    states = [sample_state(CFG, 5, k) for k in range(4)]
+    states = [sample_state(CFG, 5, k) for k in range(3)]
     return [(state, np.array([*pose[:2], rng.uniform(-1.5, 1.5)])) for state in states for pose in state.object_poses]
 
 

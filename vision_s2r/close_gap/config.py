@@ -8,27 +8,41 @@ from hydra.core.config_store import ConfigStore
 from vision_s2r.config import Config
 from vision_s2r.options import option
 
+SOURCES = ("camera", "drives", "contact")
+
 
 @dataclass
 class CloseGapConfig:
-    """A diagnosed camera becomes the one that the translator trains under: cameras, what is trained, and from where."""
+    """A diagnosed robot becomes the one that is trained for: robots, what is trained, and from where."""
 
     withheld: int = option(
-        5, "Cameras drawn, with three effects each that the diagnosis is not told, where no recording is given.", low=1
+        20, "Robots drawn, with effects that the diagnosis is not told, where no recording is given.", low=1
     )
-    frames: int = option(16, "Pairs in the recording of each of them.", low=4)
-    effects: list[str] = option([], "Effects that they may have, by name; empty: all.")
+    sources: list[str] = option(
+        list(SOURCES), "Of their effects, and of what is recorded of them.", choices=SOURCES, unique=True
+    )
+    frames: int = option(16, "Pairs of pictures in the recording of each of them.", low=4)
+    tosses: int = option(16, "Tosses of an object onto the fingers' material in the recording of each.", low=4)
     truth: str = option(
         "",
-        "With one recording: its true camera (a YAML file as in configs/camera), where that is known. Empty: it is "
-        "not, and the table looks through the diagnosed one.",
+        "With one recording: the true robot (a YAML file of effects by part), where that is known. Empty: it is not, "
+        "and grasps are tried on the diagnosed one.",
     )
     translator: str = option(
-        "outputs/cpu/translator-0/best.safetensors", "The translator as it was: a released checkpoint."
+        "",
+        "The translator as the simulator came: a checkpoint. Empty: one is trained from scratch, no camera effects.",
     )
-    policy: str = option("outputs/cpu/policy-0/best.safetensors", "The policy that grasps: a released checkpoint.")
-    steps: int = option(1200, "Of fine-tuning under each camera.", low=1)
-    learning_rate: float = option(1e-3, "Of fine-tuning, at its highest.", above=0)
+    came_steps: int = option(4000, "Of that training.", low=1)
+    policy: str = option("bin-64", "The policy as the simulator came: a released checkpoint of canonical pictures.")
+    steps: int = option(1200, "Of fine-tuning the translator of each row.", low=1)
+    learning_rate: float = option(1e-3, "Of that, at its highest.", above=0)
+    grasps: int = option(
+        2000, "Grasps of the training scenes that each row tries again on the robot it believes in.", low=1
+    )
+    policy_steps: int = option(300, "Of fine-tuning the policy of each row on them.", low=1)
+    policy_learning_rate: float = option(2e-4, "Of that, at its highest.", above=0)
+    scenes: int = option(0, "Test scenes that every row grasps in, from the first; 0: as the evaluation.", low=0)
+    draws: int = option(8, "Robots drawn from a posterior, or from everything, that commands are corrected for.", low=1)
     everything: str = option(
         "harsh",
         "The camera of configs/camera that the rival is fine-tuned under: everything randomized, nothing diagnosed.",
@@ -40,9 +54,11 @@ class CloseGapStudyConfig(Config):
     """Everything that `vision-s2r close-gap` reads: the visual pipeline's keys, and what is diagnosed."""
 
     recording: Any = option(
-        None, "A camera recording, or several ([DIR, …]), that is diagnosed; null: withheld cameras are drawn."
+        None,
+        "A recording of a robot or of its camera, or several ([DIR, …]), that is diagnosed; null: withheld robots are "
+        "drawn.",
     )
-    close_gap: CloseGapConfig = option(CloseGapConfig, "A diagnosed camera becomes the one that trains.")
+    close_gap: CloseGapConfig = option(CloseGapConfig, "A diagnosed robot becomes the one that is trained for.")
 
 
 ConfigStore.instance().store(

@@ -1,176 +1,163 @@
-"""Diagnose, train under the diagnosis, and measure what it won."""
+"""Diagnose a robot, train for what was diagnosed, and measure what it won."""
 
 import json
 import logging
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
-import joblib
 import numpy as np
 
-from vision_s2r.camera import CameraConfig, load_config
-from vision_s2r.cli import compose, log_to_terminal
+from vision_s2r.camera.presets import preset
+from vision_s2r.cli import compose
+from vision_s2r.close_gap import training
+from vision_s2r.close_gap.beliefs import Belief, blind, diagnosed, known, posterior
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
+from vision_s2r.close_gap.summary import summary
+from vision_s2r.close_gap.task import Task, Way, losses
 from vision_s2r.close_gap.withheld import Withheld, withhold
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
-from vision_s2r.evaluate import evaluate
-from vision_s2r.evaluate.config import RowConfig, through_cameras
-from vision_s2r.evaluate.table import Table
-from vision_s2r.files import write
+from vision_s2r.files import finite, write
 from vision_s2r.options import validate
-from vision_s2r.paths import CONFIGS
-from vision_s2r.pipeline import judge, pairs, render_sets, test_scene
+from vision_s2r.pipeline import render_sets
 from vision_s2r.recording.folders import folders
 from vision_s2r.render import Views
-from vision_s2r.statistics import Bootstrap, Estimate
-from vision_s2r.translate import train_translator
+from vision_s2r.report.robot import html
+from vision_s2r.scene.machine import Machine
 
 log = logging.getLogger(__name__)
-SUMMARY, PICTURE = "close_gap.json", "close_gap.png"
+SUMMARY, PICTURE, COSTS = "close_gap.json", "close_gap.png", "costs.json"
 
 
 @dataclass(frozen=True)
 class Closed:
-    """One camera: the files of its diagnosis, and how well each translator grasps through it."""
+    """One robot: what was diagnosed, what it cost the task, and how each row grasps on it."""
 
-    camera: Withheld
+    robot: Withheld
     report: dict[str, Any]
-    table: Table
-
-    def outcomes(self, row: str) -> np.ndarray:
-        """bool [1, N]: whether each attempt through this camera succeeded."""
-        return self.table.outcomes(row, self.table.columns[-1].name)
+    truth: Machine | None
+    losses: dict[str, Any]
+    outcomes: Mapping[str, np.ndarray]  # bool [N] by row
+    costs: Mapping[str, Mapping[str, float]]  # by row: grasps, pictures and minutes
 
 
 def close_gap(cfg: CloseGapStudyConfig) -> Path:
-    """Close the loop for every camera; returns the summary (JSON). Goes on where it was interrupted.
+    """Close the loop for every robot; returns the summary (JSON). Goes on where it was interrupted.
 
-    Rows of each camera's table: the translator as it was (before); fine-tuned under the diagnosis (after), under the
-    true camera (true_effects), and under a preset that randomizes everything. All three take the same steps from the
-    same weights. Raises UserError where something does not fit.
+    Rows: the simulator as it came, everything randomized blindly, after the diagnosis, after it with its posterior as
+    ranges, and the true effects known. All but the first take the same steps from the same weights, and try as many
+    grasps. Raises UserError where something does not fit.
     """
     validate(cfg.close_gap, "close_gap")
     out = Path(cfg.out) / "close_gap"
     render_sets(cfg)
-    cameras = _given(cfg) if cfg.recording else _withheld(cfg, out)
-    reports = [_diagnosis(cfg, camera, out) for camera in cameras]
-    trainings = [("everything", CONFIGS / "camera" / f"{cfg.close_gap.everything}.yaml")]
-    for camera, report in zip(cameras, reports, strict=True):
-        trainings.append((f"{camera.name}/after", report.parent / "patch" / "camera_randomized.yaml"))
-        if camera.truth is not None:
-            trainings.append((f"{camera.name}/true_effects", camera.truth))
-    calls = (joblib.delayed(_fine_tuned)(cfg, load_config(path), out / name) for name, path in trainings)
-    paths = joblib.Parallel(cfg.jobs)(calls)
-    tuned = {name: str(path) for (name, _), path in zip(trainings, paths, strict=True)}
-    closed = [
-        Closed(camera, json.loads(report.read_text()), _table(cfg, camera, tuned, out))
-        for camera, report in zip(cameras, reports, strict=True)
-    ]
-    return _summary(cfg, closed, out)
+    robots = _given(cfg) if cfg.recording else _withheld(cfg, out)
+    start = cfg.close_gap.translator or str(training.as_it_came(cfg, out / "as_it_came"))
+    came = Way(start, cfg.close_gap.policy)
+    task = Task(cfg, cfg.close_gap.scenes, out / "outcomes")
+    everything = blind(preset(cfg.close_gap.everything, "close_gap.everything"), cfg.close_gap.draws, cfg.seed)
+    wide = _way(cfg, everything, start, out / "everything")
+    closed = []
+    for robot in robots:
+        closed.append(_closed(cfg, robot, came, wide, task, out))
+        _save(cfg, closed, out)
+    return out / SUMMARY
 
 
 def _given(cfg: CloseGapStudyConfig) -> list[Withheld]:
-    """The user's recordings; without a known truth, the diagnosis itself is what the table looks through."""
+    """The user's recordings; without a known truth, grasps are tried on the diagnosed robot."""
     paths = folders(cfg.recording)
     if cfg.close_gap.truth and len(paths) > 1:
-        raise UserError("close_gap.truth is one camera, expected one recording with it")
+        raise UserError("close_gap.truth is one robot, expected one recording with it")
     truth = Path(cfg.close_gap.truth) if cfg.close_gap.truth else None
     return [Withheld(path.resolve().name, path, truth) for path in paths]
 
 
 def _withheld(cfg: CloseGapStudyConfig, out: Path) -> list[Withheld]:
-    settings, validation = cfg.close_gap, Views.open(cfg.data.validation.out)
-    return withhold(validation, settings.withheld, settings.frames, settings.effects, cfg.seed, out)
+    return withhold(Views.open(cfg.data.validation.out), cfg.scene, cfg.close_gap, cfg.seed, out)
 
 
-def _diagnosis(cfg: CloseGapStudyConfig, camera: Withheld, out: Path) -> Path:
-    """The report (JSON) of a camera's recording, made once."""
-    folder = out / camera.name / "diagnosis"
-    if not (folder / "report.json").exists():
+def _closed(cfg: CloseGapStudyConfig, robot: Withheld, came: Way, wide: Way, task: Task, out: Path) -> Closed:
+    folder = out / robot.name
+    began = monotonic()
+    report_path = _diagnosis(cfg, robot, folder)
+    minutes = (monotonic() - began) / 60
+    report = json.loads(report_path.read_text())
+    named = diagnosed(report)
+    truth = Machine.load(robot.truth) if robot.truth else None
+    beliefs = {"diagnosed": known(named), "posterior": posterior(report, cfg.close_gap.draws, cfg.seed)}
+    if truth is not None:
+        beliefs["true_effects"] = known(truth)
+    ways = {"as_it_came": came, "everything": wide}
+    ways |= {row: _way(cfg, belief, came.translator, folder / row) for row, belief in beliefs.items()}
+    real = truth or named
+    outcomes = {row: task.success(way, real) for row, way in ways.items()}
+    lost = losses(task, came, real, cfg.seed)
+    _tell(report_path, losses(task, came, named, cfg.seed), outcomes)
+    costs = {row: _cost(cfg, folder.parent / row if row == "everything" else folder / row) for row in ways}
+    for row in ("diagnosed", "posterior"):
+        costs[row] = _diagnosis_cost(costs[row], folder, minutes)
+    log.info("%s: %s, %s", robot.name, report["verdict"], report_path.with_suffix(".html"))
+    return Closed(robot, report, truth, lost, outcomes, costs)
+
+
+def _diagnosis(cfg: CloseGapStudyConfig, robot: Withheld, folder: Path) -> Path:
+    """The report (JSON) of a robot's recording, made once."""
+    path = folder / "diagnosis" / "report.json"
+    if not path.exists():
         settings = compose(DiagnoseConfig, "diagnose", [f"jobs={cfg.jobs}", f"seed={cfg.seed}"])
-        diagnose_all(replace(settings, recording=str(camera.recording), out=str(folder)))
-    return folder / "report.json"
+        diagnose_all(replace(settings, recording=str(robot.recording), out=str(path.parent)))
+    return path
 
 
-def _fine_tuned(cfg: CloseGapStudyConfig, camera: CameraConfig, out: Path) -> Path:
-    """The translator after some steps under this camera, which also chooses the checkpoint."""
-    log_to_terminal()
-    training = replace(
-        cfg.translate.training,
-        max_steps=cfg.close_gap.steps,
-        max_minutes=0.0,
-        learning_rate=cfg.close_gap.learning_rate,
-        validate_every=max(cfg.close_gap.steps // 4, 1),
-    )
-    translate = replace(cfg.translate, start=cfg.close_gap.translator, training=training)
-    inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
-    return train_translator(translate, inputs, out, cfg.seed, judge(translate))
+def _way(cfg: CloseGapStudyConfig, belief: Belief, start: str, out: Path) -> Way:
+    """Everything that is trained for a belief; finished parts are found again."""
+    began = monotonic()
+    translator = training.translator(cfg, belief.camera, start, out / "translator")
+    policy = training.policy(cfg, belief.robots, belief.tuning, out / "policy")
+    if not (out / COSTS).exists():
+        views = cfg.close_gap.steps * cfg.translate.training.batch_size
+        spent = {"grasps": cfg.close_gap.grasps, "pictures": views, "minutes": (monotonic() - began) / 60}
+        write(out / COSTS, json.dumps(spent))
+    return Way(str(translator), str(policy), belief.tuning)
 
 
-def _table(cfg: CloseGapStudyConfig, camera: Withheld, tuned: dict[str, str], out: Path) -> Table:
-    """The transfer table through one camera."""
-    looked_through = camera.truth or out / camera.name / "diagnosis" / "patch" / "camera.yaml"
-    policy = [cfg.close_gap.policy]
-    rows = {
-        "oracle": RowConfig(policy, picture="canonical"),
-        "before": RowConfig(policy, [cfg.close_gap.translator]),
-        "everything": RowConfig(policy, [tuned["everything"]]),
-        "after": RowConfig(policy, [tuned[f"{camera.name}/after"]]),
-    }
-    if camera.truth is not None:
-        rows["true_effects"] = RowConfig(policy, [tuned[f"{camera.name}/true_effects"]])
-    settings = through_cameras(cfg.evaluate, rows, [str(looked_through)], out / camera.name / "table")
-    compared = [["after", "before"], ["after", "everything"]]
-    return evaluate(replace(settings, differences=compared), test_scene(cfg))
+def _cost(cfg: CloseGapStudyConfig, out: Path) -> dict[str, float]:
+    if not (out / COSTS).exists():
+        return {"grasps": 0, "pictures": 0, "minutes": 0.0}
+    spent: dict[str, float] = json.loads((out / COSTS).read_text())
+    return spent
 
 
-def recovered(closed: list[Closed]) -> Estimate:
-    """Of what the true effects win over before, the part that the diagnosis wins, over all cameras together."""
-    bootstrap = Bootstrap(closed[0].outcomes("before").shape[1])
-
-    def won(row: str) -> tuple[float, np.ndarray]:
-        value = sum(float(one.outcomes(row).mean() - one.outcomes("before").mean()) for one in closed)
-        resampled = sum(
-            (bootstrap.means(one.outcomes(row)) - bootstrap.means(one.outcomes("before")) for one in closed),
-            np.zeros(1),
-        )
-        return value, resampled
-
-    (part, parts), (whole, wholes) = won("after"), won("true_effects")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        low, high = np.nanquantile(parts / wholes, [0.025, 0.975])
-        return Estimate(float(np.divide(part, whole)), float(low), float(high))
+def _diagnosis_cost(spent: dict[str, float], folder: Path, minutes: float) -> dict[str, float]:
+    """With the minutes of the diagnosis, kept from when it was made."""
+    path = folder / "diagnosis-minutes.json"
+    if not path.exists():
+        write(path, json.dumps({"minutes": minutes}))
+    return {**spent, "minutes": spent["minutes"] + json.loads(path.read_text())["minutes"]}
 
 
-def _summary(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> Path:
-    """All cameras in one file."""
-    cameras = [
-        {
-            "camera": one.camera.name,
-            "verdict": one.report["verdict"],
-            "effects": {e["name"]: {k: p["value"] for k, p in e["parameters"].items()} for e in one.report["effects"]},
-            "truth": load_config(one.camera.truth).effects if one.camera.truth else None,
-            "shrink": one.report["gap"]["shrink"],
-            "success": {row: float(one.outcomes(row).mean()) for row in one.table.rows},
-            "attempts": one.outcomes("before").shape[1],
-        }
-        for one in closed
-    ]
-    content: dict[str, Any] = {"cameras": cameras}
-    if all(one.camera.truth for one in closed):
-        content["recovered"] = asdict(recovered(closed))
-        log.info("recovered %.0f %% of what the true effects win", 100 * content["recovered"]["value"])
-    draw(cameras, out / PICTURE)
-    for one in closed:
-        log.info(
-            "%s: %s, the gap shrinks by %.0f %%: %s",
-            one.camera.name,
-            one.report["verdict"],
-            100 * one.report["gap"]["shrink"],
-            out / one.camera.name / "diagnosis" / "report.html",
-        )
-    return write(out / SUMMARY, json.dumps(content, indent=1) + "\n")
+def _tell(report_path: Path, lost: dict[str, Any], outcomes: Mapping[str, np.ndarray]) -> None:
+    """The robot's report says what its effects cost the task, and what mending them won."""
+    report = json.loads(report_path.read_text())
+    if report["kind"] != "robot":
+        return
+    success = {row: float(held.mean()) for row, held in outcomes.items()}
+    report["task"] = {**report.get("task", {}), "losses": lost, "rows": success}
+    write(report_path, json.dumps(report, indent=1))
+    write(report_path.with_suffix(".html"), html(report))
+
+
+def _save(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> None:
+    """All robots so far in one file, and as a picture."""
+    content = summary(closed, cfg.seed)
+    write(out / SUMMARY, json.dumps(finite(content), indent=1) + "\n")
+    draw(content["robots"], out / PICTURE)
+    if "recovered" in content:
+        found = content["recovered"]
+        log.info("recovered %.0f %% (%.0f to %.0f) of what the true effects win", *(100 * x for x in found.values()))

@@ -10,29 +10,36 @@ from vision_s2r.files import write_figure
 from vision_s2r.statistics import wilson
 
 LABELS = {
-    "before": "before",
+    "as_it_came": "as it came",
     "everything": "everything randomized",
-    "after": "after the diagnosis",
+    "diagnosed": "after the diagnosis",
+    "posterior": "its posterior as ranges",
     "true_effects": "true effects known",
-    "oracle": "true canonical view",
 }
-COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#2b9348", "#dddddd")
+COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#7fb2ea", "#2b9348")
 
 
-def draw(cameras: list[dict[str, Any]], path: Path) -> Path:
-    """A group of bars a camera: grasp success of each translator, 95 % intervals. Returns the PNG's path."""
-    rows = [row for row in LABELS if row in cameras[0]["success"]]
-    figure = Figure(figsize=(max(2.2 + 1.7 * len(cameras), 7.0), 3.6), layout="constrained")
+def draw(robots: list[dict[str, Any]], path: Path) -> Path:
+    """A group of bars a robot: grasp success of each row, 95 % intervals. Returns the PNG's path."""
+    rows = [row for row in LABELS if row in robots[0]["success"]]
+    figure = Figure(figsize=(max(2.2 + 1.7 * len(robots), 7.0), 3.8), layout="constrained")
     axes = figure.subplots()
     width = 0.85 / len(rows)
     for k, row in enumerate(rows):
-        found = [wilson(round(c["success"][row] * c["attempts"]), c["attempts"]) for c in cameras]
+        found = [wilson(round(r["success"][row] * r["attempts"]), r["attempts"]) for r in robots]
         values = np.array([(e.value, e.value - e.low, e.high - e.value) for e in found]).T * 100
-        at = np.arange(len(cameras)) + (k - (len(rows) - 1) / 2) * width
+        at = np.arange(len(robots)) + (k - (len(rows) - 1) / 2) * width
         axes.bar(at, values[0], width, yerr=values[1:], color=COLOURS[k], label=LABELS[row], error_kw={"lw": 1})
-    names = ["\n".join([c["camera"], *(str(e).replace("_", " ") for e in c["truth"] or c["effects"])]) for c in cameras]
-    axes.set_xticks(np.arange(len(cameras)), names, fontsize=7)
+    axes.set_xticks(np.arange(len(robots)), [_name(robot) for robot in robots], fontsize=7)
     axes.set_ylabel("grasps held, %")
     axes.set_ylim(0, 100)
     axes.legend(fontsize=7, ncols=len(rows), loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False)
     return write_figure(path, figure, dpi=130)
+
+
+def _name(robot: dict[str, Any]) -> str:
+    """The robot, and an effect a line: the true ones, where they are known."""
+    truth = robot["truth"] or {}
+    effects = [f"{part}: {name}" for part, each in truth.items() for name in each]
+    effects = effects or [f"{each['part']}: {each['name']}" for each in robot["named"]]
+    return "\n".join([robot["robot"], *(effect.replace("_", " ") for effect in effects)])

@@ -1,22 +1,31 @@
-"""Cameras that nobody has seen: drawn, photographed with by code that is not the diagnosis', and kept aside."""
+"""Robots that nobody has seen: drawn, recorded by code that is not the diagnosis', and kept aside."""
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
 import yaml
 
 from vision_s2r import files
-from vision_s2r.errors import UserError, nearest
+from vision_s2r.close_gap.config import SOURCES, CloseGapConfig
 from vision_s2r.gapbench.generate import camera_effects as studio
-from vision_s2r.recording import CameraRecording, write
+from vision_s2r.gapbench.generate import contact as tossing
+from vision_s2r.gapbench.generate.base import Answer
+from vision_s2r.gapbench.generate.body import Body
+from vision_s2r.gapbench.generate.drive import DriveModel, PositionLoop, run
+from vision_s2r.recording import CameraRecording, JointRecording, write
+from vision_s2r.recording.header import FORMAT
 from vision_s2r.render import Views
+from vision_s2r.scene import SceneConfig
+from vision_s2r.scene.drives import NOMINAL
+from vision_s2r.scene.machine import Machine
 
-EFFECTS = 3  # of each camera
+CAMERA_EFFECTS = 2  # of each robot
+DRIVE_EFFECTS = 2  # likewise, of different drives
 # Strong enough to cost grasps; px are meant for pictures of 64.
-RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
+CAMERA: Mapping[str, Mapping[str, tuple[float, float]]] = {
     "camera_pose_offset": {"yaw": (0.02, 0.04), "pitch": (-0.04, -0.02), "roll": (0.03, 0.08)},
     "uneven_illumination": {"strength": (0.5, 0.9), "angle": (-180, 180)},
     "cast_shadow": {"strength": (0.5, 0.8), "offset": (-10, 10), "angle": (-180, 180), "softness": (1, 4)},
@@ -35,41 +44,160 @@ RANGES: Mapping[str, Mapping[str, tuple[float, float]]] = {
 }
 
 
+# Of drives (rad, or m for the lift, as its nominal values) and contact likewise: ranges of the one parameter.
+DRIVES: Mapping[str, Mapping[str, tuple[str, tuple[float, float]]]] = {
+    "shoulder": {"coulomb_friction": ("value", (8.0, 14.0)), "viscous_damping": ("value", (80.0, 160.0))},
+    "elbow": {"coulomb_friction": ("value", (3.0, 5.0)), "viscous_damping": ("value", (30.0, 60.0))},
+    "lift": {"latency": ("delay", (0.1, 0.2)), "viscous_damping": ("value", (400.0, 800.0))},
+    "wrist": {"coulomb_friction": ("value", (0.6, 1.4))},
+}
+FRICTION = (0.2, 0.35)  # between objects and fingers
+FIELDS = ("coulomb_friction", "viscous_damping")  # of one value, by the benchmark's drive's names
+LOOP, SAMPLE = 2e-4, 0.01  # s between two looks of a servo (one that held its torque longer would be late), and rows
+EPISODES, SECONDS = 6, 4.0
+REACH = {"shoulder": 0.4, "elbow": 0.4, "lift": 0.06, "wrist": 0.5}  # rad or m, of what is commanded
+NOISE = 1e-4  # rad or m, of an encoder
+PLATE = (0.03, 0.025, 0.02)  # m, half extents of the object that is tossed onto a plate of the fingers' material
+
+
 @dataclass(frozen=True)
 class Withheld:
-    """A camera's recording, and the file with what the diagnosis is not told."""
+    """A robot's recording, and the file with what the diagnosis is not told."""
 
     name: str
     recording: Path
     truth: Path | None
 
 
-def withhold(views: Views, count: int, frames: int, effects: Sequence[str], seed: int, out: Path) -> list[Withheld]:
-    """`count` cameras of three effects each, every one with `frames` pictures of real looks in `views`.
+def withhold(views: Views, scene: SceneConfig, cfg: CloseGapConfig, seed: int, out: Path) -> list[Withheld]:
+    """`cfg.withheld` robots, each with pictures of real looks in `views`, logs of its drives, and tosses.
 
-    The recording's simulator is a digital twin of what the camera looks at. What is there already stays: a seed
-    always draws the same cameras. Raises UserError for an unknown effect.
+    What is there already stays: a seed always draws the same robots.
     """
-    for name in effects:
-        if name not in RANGES:
-            raise UserError(f"close_gap.effects: no effect is called '{name}': {nearest(name, RANGES)}")
-    allowed = list(effects) or list(RANGES)
-    return [_camera(views, frames, allowed, seed, k, out / f"camera-{k}") for k in range(count)]
+    return [
+        _robot(views, scene, cfg, np.random.default_rng([seed, k]), out / f"robot-{k}") for k in range(cfg.withheld)
+    ]
 
 
-def _camera(views: Views, frames: int, allowed: Sequence[str], seed: int, k: int, folder: Path) -> Withheld:
-    rng = np.random.default_rng([seed, k])
-    names = sorted(rng.choice(allowed, min(EFFECTS, len(allowed)), replace=False), key=studio.EFFECTS.index)
-    values = {str(name): {key: float(rng.uniform(*ends)) for key, ends in RANGES[name].items()} for name in names}
-    if "jpeg_compression" in values:
-        values["jpeg_compression"]["quality"] = float(round(values["jpeg_compression"]["quality"]))
-    recording, truth_file = folder / "recording", folder / "truth.yaml"
-    if not truth_file.exists():
+def _robot(views: Views, scene: SceneConfig, cfg: CloseGapConfig, rng: np.random.Generator, folder: Path) -> Withheld:
+    robot = drawn(rng, cfg.sources)
+    recording, truth = folder / "recording", folder / "truth.yaml"
+    if not truth.exists():
         shutil.rmtree(recording, ignore_errors=True)
-        write(_recording(views, frames, values, rng), recording)
-        truth = {"reference_size": views.size, "effects": {n: {"probability": 1.0, **v} for n, v in values.items()}}
-        files.write(truth_file, yaml.safe_dump(truth, sort_keys=False))
-    return Withheld(folder.name, recording, truth_file)
+        parts: dict[str, str | list[str]] = {}
+        if "camera" in cfg.sources:
+            parts["camera"] = "camera"
+            write(_recording(views, cfg.frames, robot.parts["camera"], rng), recording / "camera")
+        if "drives" in cfg.sources:
+            parts["joints"] = [f"joints/{name}" for name in NOMINAL]
+            for name in NOMINAL:
+                write(log_of(name, robot.parts.get(name, {}), rng), recording / "joints" / name)
+        if "contact" in cfg.sources:
+            parts["contact"] = "contact"
+            _toss(scene, cfg.tosses, robot.contact["lateral_friction"]["value"], rng, recording / "contact")
+        head = {"format": FORMAT, "kind": "robot", "parts": parts}
+        files.write(recording / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
+        robot.save(truth)
+    return Withheld(folder.name, recording, truth)
+
+
+def drawn(rng: np.random.Generator, sources: Sequence[str] = SOURCES) -> Machine:
+    """A robot with effects of these sources."""
+    names = sorted(rng.choice(list(CAMERA), CAMERA_EFFECTS, replace=False), key=studio.EFFECTS.index)
+    camera = {str(name): {key: float(rng.uniform(*ends)) for key, ends in CAMERA[name].items()} for name in names}
+    if "jpeg_compression" in camera:
+        camera["jpeg_compression"]["quality"] = float(round(camera["jpeg_compression"]["quality"]))
+    drives = {}
+    for name in rng.choice(list(DRIVES), DRIVE_EFFECTS, replace=False):
+        effect = str(rng.choice(list(DRIVES[name])))
+        key, ends = DRIVES[name][effect]
+        drives[str(name)] = {effect: {key: float(rng.uniform(*ends))}}
+    contact = {"lateral_friction": {"value": float(rng.uniform(*FRICTION))}}
+    of = {"camera": {"camera": camera}, "drives": drives, "contact": {"contact": contact}}
+    return Machine({part: effects for source in sources for part, effects in of[source].items()})
+
+
+def everything(count: int, seed: int) -> list[Machine]:
+    """Robots whose drives and contact are drawn blindly: all of the effects at once, each up to its largest."""
+    rng = np.random.default_rng([seed, count])
+    robots = []
+    for _ in range(count):
+        parts: dict[str, dict[str, dict[str, float]]] = {}
+        for name, effects in DRIVES.items():
+            for effect, (key, ends) in effects.items():
+                believed = getattr(NOMINAL[name], effect, 0.0)
+                far = max(ends, key=lambda end: abs(end - believed))
+                value = believed + rng.uniform(0, 1) * (far - believed)
+                parts.setdefault(name, {})[effect] = {key: float(value)}
+        friction = {"lateral_friction": {"value": float(rng.uniform(FRICTION[0], 1.0))}}
+        robots.append(Machine({**parts, "contact": friction}))
+    return robots
+
+
+def log_of(name: str, effects: Mapping[str, Mapping[str, float]], rng: np.random.Generator) -> JointRecording:
+    """Steps and sines that a drive was sent, and what it did."""
+    nominal = NOMINAL[name]
+    given = {effect: values["value"] for effect, values in effects.items() if effect in FIELDS}
+    drive = DriveModel(1.0, nominal.inertia, nominal.viscous_damping, nominal.coulomb_friction)._replace(**given)
+    gain = nominal.proportional_gain or 0.0
+    delay = effects.get("latency", {"delay": 0.0})["delay"]
+    rows = round(SECONDS / SAMPLE)
+    per_row = round(SAMPLE / LOOP)
+    target, position = np.empty((EPISODES, rows)), np.empty((EPISODES, rows))
+    for e in range(EPISODES):
+        target[e] = _sent(rows, rng) * REACH[name]
+        late = np.arange(rows * per_row) * LOOP - delay
+        held = target[e, np.clip(np.floor(late / SAMPLE + 1e-9).astype(int), 0, rows - 1)]
+        reference = np.stack([held, np.zeros_like(held)], axis=1)
+        nothing = np.zeros(len(held))
+        loop = PositionLoop(
+            nothing, reference, np.zeros_like(reference), gain, nominal.derivative_gain, nominal.command_limit
+        )
+        motion, _ = run(drive, loop, np.array([target[e, 0], 0.0]), LOOP, LOOP / 2)
+        position[e] = motion[::per_row, 0]
+    return JointRecording(
+        nominal={key: value for key, value in asdict(nominal).items() if value is not None},
+        sample_time=SAMPLE,
+        units="linear" if name == "lift" else "rotary",
+        command=target,
+        position=position + rng.normal(0, NOISE, position.shape),
+        velocity=None,
+        lengths=np.full(EPISODES, rows),
+        episodes=tuple(range(EPISODES)),
+    )
+
+
+def _sent(rows: int, rng: np.random.Generator) -> np.ndarray:
+    """Targets [rows] from -1 to 1, from 0 on: three sines that swell, and steps that are held."""
+    t = np.arange(rows) * SAMPLE
+    frequency, phase = np.exp(rng.uniform(np.log(0.2), np.log(2.0), 3)), rng.uniform(0, 2 * np.pi, 3)
+    waves = (np.sin(2 * np.pi * frequency * t[:, None] + phase) - np.sin(phase)).mean(axis=1) / 2
+    steps = np.repeat(rng.uniform(-0.5, 0.5, -(-rows // 80)), 80)[:rows]
+    steps[:80] = 0.0
+    return np.asarray(waves + steps)
+
+
+def _toss(scene: SceneConfig, tosses: int, friction: float, rng: np.random.Generator, folder: Path) -> None:
+    """An object's tosses onto a plate of the fingers' material."""
+    half = np.array(PLATE)
+    points = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
+    physics = scene.physics
+    nominal = Body(physics.object_mass, physics.object_friction * physics.finger_friction, 0.0)
+    setting = tossing.Setting(
+        nominal=nominal,
+        shape={"shape": "box", "half_extents": list(PLATE)},
+        points=points,
+        radius=0.0,
+        inertia=np.diag((half**2).sum() - half**2) / 3,
+        size=float(half.min()),
+        first=tossing.tosses(points, 0.0, rng)[:tosses],
+        samples=120,
+        sample_time=1 / 150,
+        noise=(2e-4, 2e-3),
+        velocity_noise=None,
+    )
+    folder.mkdir(parents=True)
+    tossing.recorded(setting, nominal._replace(friction=friction), Answer("dynamics"), rng).write(folder)
 
 
 def _recording(views: Views, frames: int, values: studio.Values, rng: np.random.Generator) -> CameraRecording:

@@ -192,14 +192,14 @@ _ALL = (
     Command(
         "close-gap",
         DIAGNOSIS,
-        "Diagnose a camera, train the translator under the diagnosis, measure what it won",
+        "Diagnose a robot, train for what was diagnosed, measure what it won",
         "vision_s2r.close_gap.loop:close_gap",
         schema="vision_s2r.close_gap.config:CloseGapStudyConfig",
         config="close_gap",
         keys=("close_gap",),
         examples=(
-            ("experiment=demo", "withheld cameras, small"),
-            ("experiment=cpu recording=DIR", "the camera of a recording"),
+            ("experiment=demo", "a withheld robot, small"),
+            ("experiment=cpu recording=DIR", "the robot, or the camera, of a recording"),
         ),
         result="summary",
     ),

@@ -1,0 +1,128 @@
+"""What a robot costs its task: who is blamed, what is believed of it, and what a controller makes of a belief."""
+
+import numpy as np
+import pytest
+
+from vision_s2r.camera import CameraConfig
+from vision_s2r.close_gap import withheld
+from vision_s2r.close_gap.beliefs import blind, diagnosed, posterior
+from vision_s2r.close_gap.summary import recovered
+from vision_s2r.close_gap.task import shapley
+from vision_s2r.joint import pack, simulate
+from vision_s2r.recording import read, write
+from vision_s2r.report.robot import html
+from vision_s2r.scene import SceneConfig
+from vision_s2r.scene.drives import NOMINAL, Drives, Tuning
+
+WAITING, GOAL = np.array([-1.4, 2.0, 0.07, 0.2]), np.array([-1.0, 1.5, 0.1, 0.3])
+STEP = SceneConfig().physics.time_step
+REPORT = {
+    "kind": "robot",
+    "effects": [
+        {
+            "part": "camera",
+            "name": "exposure",
+            "parameters": {"stops": {"value": -1.5, "unit": "EV", "ci": [-1.6, -1.4]}},
+        },
+        {
+            "part": "joints/lift",
+            "name": "latency",
+            "parameters": {"delay": {"value": 0.1, "unit": "s", "ci": [0.09, 0.11]}},
+        },
+        {
+            "part": "contact",
+            "name": "corner_radius",
+            "parameters": {"value": {"value": 0.003, "unit": "m", "ci": [0.002, 0.004]}},
+        },
+    ],
+}
+
+
+def test_shapley_divides_what_is_won_together_evenly_and_all_of_it():
+    def worth(names):
+        return np.array([2.0 * ("a" in names) + 3.0 * ({"b", "c"} <= names), 1.0 * ("c" in names)])
+
+    parts = shapley(["a", "b", "c"], worth)
+    assert parts["a"] == pytest.approx([2, 0]) and parts["b"] == pytest.approx([1.5, 0])
+    assert parts["c"] == pytest.approx([1.5, 1]) and sum(parts.values()) == pytest.approx(worth({"a", "b", "c"}))
+
+
+def test_a_report_becomes_the_robot_that_the_scene_can_simulate():
+    expected = {"camera": {"exposure": {"stops": -1.5}}, "lift": {"latency": {"delay": 0.1}}}
+    assert diagnosed(REPORT).to_dict() == expected
+    drawn = posterior(REPORT, 5, 0)
+    assert drawn.camera.effects == {"exposure": {"stops": [-1.6, -1.4]}}
+    delays = [robot.parts["lift"]["latency"]["delay"] for robot in drawn.robots]
+    assert len(set(delays)) == 5 and 0.09 <= min(delays) <= max(delays) <= 0.11
+    assert len(blind(CameraConfig(), 3, 0).tuning.believed) == 3
+
+
+def test_a_controller_that_knows_its_drives_puts_the_tool_where_it_is_wanted():
+    effects = {"shoulder": {"coulomb_friction": {"value": 12.0}}, "lift": {"latency": {"delay": 0.15}}}
+    assert abs(Drives(effects, STEP, WAITING).approach(GOAL)[0]) > 0.03
+    correction, wait = Tuning((effects,)).correction(WAITING, GOAL, STEP)
+    displaced = Drives(effects, STEP, WAITING).approach(GOAL + correction, wait)
+    assert displaced + correction == pytest.approx(np.zeros(4), abs=0.003)
+    assert wait * STEP < 0.5
+    assert not Tuning() and Tuning().correction(WAITING, GOAL, STEP)[1] == 0
+
+
+def test_a_withheld_drive_s_log_is_that_of_its_effects(tmp_path):
+    effects = {"latency": {"delay": 0.13}, "coulomb_friction": {"value": 8.0}}
+    log = withheld.log_of("lift", effects, np.random.default_rng(0))
+    recording = read(write(log, tmp_path / "lift"))
+    assert recording.servo and recording.units == "linear"
+
+    def miss(values):
+        machine = pack(NOMINAL["lift"], values)[None]
+        first = np.stack([recording.position[:, 0], np.zeros(len(recording))], axis=1)
+        run = simulate(machine, recording.command, first, recording.sample_time)[0, ..., 0]
+        return float(np.sqrt(np.mean((run - recording.position) ** 2)))
+
+    assert miss(effects) < 3 * withheld.NOISE < 0.03 * miss({})
+
+
+def test_the_blindly_drawn_cover_what_is_withheld():
+    robots = [withheld.drawn(np.random.default_rng([k])) for k in range(20)]
+    assert all(robot.parts["camera"] and robot.contact and len(robot.drives) == 2 for robot in robots)
+    wide = withheld.everything(200, 0)
+    for part, effects in withheld.DRIVES.items():
+        for name, (key, ends) in effects.items():
+            values = [robot.parts[part][name][key] for robot in wide]
+            assert min(values) < ends[0] and max(values) > 0.9 * ends[1]
+
+
+def test_recovered_is_the_share_of_what_the_truth_wins():
+    came = np.zeros((2, 50))
+    truth, half = came.copy(), came.copy()
+    truth[:, :40], half[:, :20] = 1, 1
+    found = recovered({"as_it_came": came, "true_effects": truth, "diagnosed": half}, 0)
+    assert found["value"] == pytest.approx(0.5) and found["low"] < 0.5 < found["high"]
+
+
+def test_the_page_begins_with_what_to_mend_first():
+    def source(name, lost, gained):
+        ci = {"lost_ci": [lost - 0.05, lost + 0.05], "gained_ci": [gained - 0.05, gained + 0.05]}
+        return {"source": name, "lost": lost, "gained": gained, **ci}
+
+    losses = {
+        "scenes": 100,
+        "simulated": 0.9,
+        "real": 0.4,
+        "lost": 0.5,
+        "sources": [source("camera", 0.35, 0.3), source("drives", 0.15, 0.1)],
+        "effects": [],
+    }
+    report = {
+        "kind": "robot",
+        "effects": [],
+        "verdict": "explained",
+        "stages": [],
+        "described": "",
+        "task": {"losses": losses},
+    }
+    page = html(report)
+    assert "Mend the camera first: without its effects the robot holds 30 points (25 to 35) more of its grasps" in page
+    assert page.index("data:image/png") < page.index("Which part")
+    few = [source("camera", 0.01, 0.01)]
+    assert "Nothing to mend" in html({**report, "task": {"losses": {**losses, "sources": few}}})

@@ -1,0 +1,85 @@
+"""What closing the loop won, over all robots together."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vision_s2r.statistics import interval, wilson
+
+if TYPE_CHECKING:
+    from vision_s2r.close_gap.loop import Closed
+
+
+def summary(closed: Sequence["Closed"], seed: int) -> dict[str, Any]:
+    """JSON-able: each robot, each row over all of them, and with known truths what the diagnosis recovers.
+
+    Intervals are over grasps, a robot's and a scene's as one.
+    """
+    content: dict[str, Any] = {"robots": [_robot(one) for one in closed]}
+    rows = [row for row in closed[0].outcomes if all(row in one.outcomes for one in closed)]
+    held = {row: np.stack([one.outcomes[row] for one in closed]).astype(float) for row in rows}
+    content["rows"] = {row: asdict(wilson(int(each.sum()), each.size)) for row, each in held.items()}
+    content["over_as_it_came"] = {
+        row: _difference(held[row], held["as_it_came"], seed) for row in rows if row != "as_it_came"
+    }
+    content["diagnosed_over_everything"] = _difference(held["diagnosed"], held["everything"], seed)
+    if "true_effects" in rows:
+        content["recovered"] = recovered(held, seed)
+        content["named_first"] = _named_first(closed)
+    return content
+
+
+def _robot(one: "Closed") -> dict[str, Any]:
+    return {
+        "robot": one.robot.name,
+        "verdict": one.report["verdict"],
+        "named": [_effect(effect) for effect in one.report["effects"]],
+        "truth": one.truth.to_dict() if one.truth else None,
+        "losses": one.losses,
+        "success": {row: float(held.mean()) for row, held in one.outcomes.items()},
+        "attempts": len(one.outcomes["as_it_came"]),
+        "costs": one.costs,
+    }
+
+
+def _effect(effect: dict[str, Any]) -> dict[str, Any]:
+    values = {key: given["value"] for key, given in effect["parameters"].items()}
+    return {"part": effect.get("part", "camera"), "name": effect["name"], "parameters": values}
+
+
+def _difference(first: np.ndarray, second: np.ndarray, seed: int) -> dict[str, float]:
+    """Of success [R, N] on the same scenes."""
+    each = (first - second).ravel()
+    low, high = interval(partial(_mean, each), len(each), seed)
+    return {"value": float(each.mean()), "low": low, "high": high}
+
+
+def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
+    """Of what the true effects win over the simulator as it came, the part that the diagnosis wins; nan of nothing."""
+    won, possible = ((held[row] - held["as_it_came"]).ravel() for row in ("diagnosed", "true_effects"))
+
+    def part(counts: np.ndarray) -> np.ndarray:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray((counts @ won) / (counts @ possible))
+
+    if possible.sum() <= 0:
+        return dict.fromkeys(("value", "low", "high"), float("nan"))
+    low, high = interval(part, len(won), seed)
+    return {"value": float(part(np.ones((1, len(won))))[0]), "low": low, "high": high}
+
+
+def _named_first(closed: Sequence["Closed"]) -> dict[str, float]:
+    """On how many robots the source that is said to be mended first is the one whose removal wins most."""
+    right = sum(_first(one.report["task"]["losses"]) == _first(one.losses) for one in closed if "task" in one.report)
+    return asdict(wilson(right, len(closed)))
+
+
+def _first(losses: dict[str, Any]) -> str:
+    return str(max(losses["sources"], key=lambda source: source["gained"])["source"])
+
+
+def _mean(values: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    return np.asarray(counts @ values / counts.sum(axis=1))

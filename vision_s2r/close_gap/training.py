@@ -1,0 +1,104 @@
+"""What the rows train: translators under cameras, policies on grasps that were tried again on the robot believed in."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import joblib
+import numpy as np
+import torch
+from torch import Tensor
+
+from vision_s2r.camera import CameraConfig
+from vision_s2r.close_gap.config import CloseGapStudyConfig
+from vision_s2r.grasp import train_policy
+from vision_s2r.pipeline import judge, labelled, pairs
+from vision_s2r.render import Views
+from vision_s2r.scene import attempt
+from vision_s2r.scene.drives import Tuning
+from vision_s2r.scene.machine import Machine
+from vision_s2r.translate import train_translator
+
+GRASPS = "grasps.npz"
+
+
+def as_it_came(cfg: CloseGapStudyConfig, out: Path) -> Path:
+    """A translator from scratch, whose camera is perfect: the simulator knows of no effects."""
+    steps = cfg.close_gap.came_steps
+    return _translator(cfg, CameraConfig(), "", steps, cfg.translate.training.learning_rate, out)
+
+
+def translator(cfg: CloseGapStudyConfig, camera: CameraConfig, start: Path | str, out: Path) -> Path:
+    """The translator after some steps under this camera, which also chooses the checkpoint."""
+    settings = cfg.close_gap
+    return _translator(cfg, camera, str(start), settings.steps, settings.learning_rate, out)
+
+
+def _translator(
+    cfg: CloseGapStudyConfig, camera: CameraConfig, start: str, steps: int, learning_rate: float, out: Path
+) -> Path:
+    training = replace(
+        cfg.translate.training,
+        max_steps=steps,
+        max_minutes=0.0,
+        learning_rate=learning_rate,
+        validate_every=max(steps // 2, 1),
+    )
+    translate = replace(cfg.translate, start=start, training=training)
+    inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
+    return train_translator(translate, inputs, out, cfg.seed, judge(translate))
+
+
+def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Path:
+    """The policy after some steps on grasps whose outcomes are those on these robots, by turns."""
+    settings = cfg.close_gap
+    training = replace(
+        cfg.grasp.training,
+        max_steps=settings.policy_steps,
+        max_minutes=0.0,
+        learning_rate=settings.policy_learning_rate,
+        validate_every=max(settings.policy_steps // 2, 1),
+    )
+    inputs = labelled(cfg)
+    views = inputs.views
+    assert isinstance(views, Views)
+    scenes = min(len(views), -(-settings.grasps // int(views.manifest.render["grasps"])))
+    views = views.subset(range(scenes))
+    again = Again(views, tried_again(cfg, views, robots, tuning, out))
+    grasp = replace(cfg.grasp, start=settings.policy, training=training)
+    return train_policy(grasp, replace(inputs, views=again), out, cfg.seed)
+
+
+class Again:
+    """Views whose grasps have other outcomes (a source of views for training)."""
+
+    def __init__(self, views: Views, success: Tensor) -> None:
+        """`success`: as the views' own, [N, grasps]."""
+        self._views, self._success = views, success
+        self.size, self.margin, self.names = views.size, views.margin, views.names
+
+    def __len__(self) -> int:
+        return len(self._views)
+
+    def batch(self, name: str, indices: Tensor) -> Tensor:
+        """Rows `indices` [B] of a tensor, [B, ...]."""
+        return self._success[indices] if name == "success" else self._views.batch(name, indices)
+
+
+def tried_again(cfg: CloseGapStudyConfig, views: Views, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Tensor:
+    """Outcomes [N, grasps] of the views' grasps on these robots, by turns; kept in `out`, and tried once."""
+    path = out / GRASPS
+    if not path.exists():
+        grasps, states = views.all("grasps").numpy().astype(float), views.states()
+        jobs = [(i, j) for i in range(len(states)) for j in range(grasps.shape[1])]
+        calls = (
+            joblib.delayed(attempt)(cfg.scene, states[i], grasps[i, j], robots[k % len(robots)], tuning)
+            for k, (i, j) in enumerate(jobs)
+        )
+        held = [outcome.success for outcome in joblib.Parallel(cfg.jobs)(calls)]
+        out.mkdir(parents=True, exist_ok=True)
+        partial = path.with_suffix(".partial.npz")
+        np.savez(partial, success=np.array(held).reshape(grasps.shape[:2]))
+        partial.rename(path)
+    with np.load(path, allow_pickle=False) as content:
+        return torch.from_numpy(content["success"]).to(views.all("success").dtype)
