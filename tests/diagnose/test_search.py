@@ -67,6 +67,12 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
+def test_an_effect_that_helps_in_company_alone_has_the_share_that_it_closes_there() -> None:
+    found = diagnosed(recording(8, step=1.0, curve=-0.825))
+    assert names(found) == {"step", "curve"}
+    assert all(effect["ci"][0] > 0.01 for effect in found["effects"])
+
+
 def test_what_effects_may_do_otherwise_than_their_definitions_gets_no_name() -> None:
     y = recording(7, wave=1.0, step=0.13)
     assert names(diagnosed(y)) == {"wave", "step"} and names(diagnosed(y, allowance=0.9)) == {"wave"}

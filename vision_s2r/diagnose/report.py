@@ -95,7 +95,7 @@ def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict
     return {
         **_named(name),
         "source": case.library[name].source,
-        **_share(settled.gap.share(settled.parts[name])),
+        **_share(settled.gap.share(settled.stated[name])),
         "evidence": _evidence(case, assessor, settled.found, name),
         "parameters": _parameters(case, settled.simulator, name),
     }

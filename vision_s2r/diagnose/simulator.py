@@ -39,7 +39,8 @@ class Settled:
     found: Found  # its effects are those that matter
     simulator: Simulator
     gap: Gap
-    parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name of the simulator closes
+    parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name of the simulator closes, by Shapley
+    stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
     harmful: Names  # effects that would have been named, but make held-out data worse
     slight: Names  # … and those that are there, but close next to nothing of the gap
 
@@ -55,15 +56,14 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
         parts = closed(case, assessor, simulator.names, simulator.folds)
+        stated = {name: _stated(case, assessor, simulator, gap, parts, name) for name in found.effects}
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if is_slight(gap.share(parts[name]))
-            and is_slight(gap.share(_beside(case, assessor, simulator, name)))
-            and not _needed(assessor, found, name)
+            if is_slight(gap.share(stated[name])) and not _needed(assessor, found, name)
         ]
         if not weak:
-            return Settled(found, simulator, gap, parts, harmful, slight)
+            return Settled(found, simulator, gap, parts, stated, harmful, slight)
         least = min(weak, key=lambda name: float(parts[name].sum()))
         found = replace(found, effects=found.effects - {least})
         if least not in case.refitted:  # a nominal parameter may stay as the data have it, without being named
@@ -74,6 +74,16 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
 def is_slight(share: Share) -> bool:
     """Whether an effect of this share of the gap closes too little of it to be named."""
     return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
+
+
+def _stated(
+    case: Case, assessor: Assessor, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray], name: str
+) -> np.ndarray:
+    """The part [segments] of the squared gap that is said to be a name's."""
+    if not is_slight(gap.share(parts[name])):
+        return parts[name]
+    beside = _beside(case, assessor, simulator, name)
+    return parts[name] if is_slight(gap.share(beside)) else beside
 
 
 def _needed(assessor: Assessor, found: Found, name: str) -> bool:
