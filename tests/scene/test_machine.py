@@ -5,7 +5,7 @@ import pytest
 
 from vision_s2r.errors import UserError
 from vision_s2r.scene import SceneConfig, attempt, sample_state
-from vision_s2r.scene.drives import NOMINAL, Drives
+from vision_s2r.scene.drives import NOMINAL, Drives, Tuning
 from vision_s2r.scene.machine import Machine
 from vision_s2r.scene.world import World
 
@@ -68,6 +68,16 @@ def test_a_robot_with_effects_holds_less(grasps):
     plain = held({})
     assert held({"contact": {"lateral_friction": {"value": 0.1}}}) < 0.8 * plain
     assert held({"shoulder": {"velocity_limit": {"value": 0.2}}}) < 0.6 * plain
+
+
+def test_a_controller_that_knows_its_drives_waits_and_holds_what_a_healthy_robot_holds(grasps):
+    slow = Machine({"lift": {"viscous_damping": {"value": 600.0}}})
+
+    def held(machine, *tuning):
+        return sum(attempt(CFG, *grasp, machine, *tuning).success for grasp in grasps)
+
+    assert held(slow) < 0.4 * held(Machine())
+    assert held(slow, Tuning((slow.drives,))) > 0.8 * held(Machine())
 
 
 def test_a_machine_survives_the_disk_and_is_read_with_care(tmp_path):

@@ -98,7 +98,7 @@ def _closed(cfg: CloseGapStudyConfig, robot: Withheld, came: Way, wide: Way, tas
     real = truth or named
     outcomes = {row: task.success(way, real) for row, way in ways.items()}
     lost = losses(task, came, real, cfg.seed)
-    _tell(report_path, losses(task, came, named, cfg.seed), outcomes)
+    report = _tell(report_path, losses(task, came, named, cfg.seed), outcomes)
     costs = {row: _cost(cfg, folder.parent / row if row == "everything" else folder / row) for row in ways}
     for row in ("diagnosed", "posterior"):
         costs[row] = _diagnosis_cost(costs[row], folder, minutes)
@@ -142,15 +142,16 @@ def _diagnosis_cost(spent: dict[str, float], folder: Path, minutes: float) -> di
     return {**spent, "minutes": spent["minutes"] + json.loads(path.read_text())["minutes"]}
 
 
-def _tell(report_path: Path, lost: dict[str, Any], outcomes: Mapping[str, np.ndarray]) -> None:
-    """The robot's report says what its effects cost the task, and what mending them won."""
-    report = json.loads(report_path.read_text())
+def _tell(report_path: Path, lost: dict[str, Any], outcomes: Mapping[str, np.ndarray]) -> dict[str, Any]:
+    """The report, a robot's with what its effects cost the task and what mending them won; written so."""
+    report: dict[str, Any] = json.loads(report_path.read_text())
     if report["kind"] != "robot":
-        return
+        return report
     success = {row: float(held.mean()) for row, held in outcomes.items()}
     report["task"] = {**report.get("task", {}), "losses": lost, "rows": success}
     write(report_path, json.dumps(report, indent=1))
     write(report_path.with_suffix(".html"), html(report))
+    return report
 
 
 def _save(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> None:

@@ -22,8 +22,9 @@ NOMINAL = {
 }
 _OFFSET = COLUMNS.index("position_offset")
 APPROACH = 1.0  # s from where the arm waits to over the grasp
-LONGEST = 0.8  # s that a controller waits for drives to arrive, at most
+LONGEST = 1.6  # s that a controller waits for drives to arrive, at most
 ARRIVED = 0.002  # rad, or m: as near to where they come to rest
+STROKE = 0.12  # m by which the lift moves down to a grasp, and up again
 ROUNDS = 3  # of correcting a command for the displacement of the one before
 
 
@@ -47,17 +48,25 @@ class Tuning:
             return correction, steps
         hold = round(LONGEST / time_step)
         for _ in range(ROUNDS):
-            command = goal + correction
-            ways = []
+            held = np.tile(goal + correction, (hold, 1))
+            raised = held + [0.0, 0.0, STROKE, 0.0]
+            ways, strokes = [], []
             for effects in self.believed:
                 drives = Drives(effects, time_step, waiting)
-                drives.approach(command)
-                ways.append(drives.plan(np.tile(command, (hold, 1))))
+                drives.approach(goal + correction)
+                ways.append(drives.plan(held))
+                drives.commit(held)
+                strokes.append(drives.plan(raised))
             far = np.stack(ways)  # [B, hold, 4]
             correction = -far[:, -1].mean(axis=0)
-            away = (np.abs(far - far[:, -1:]) > ARRIVED).any(axis=(0, 2))
-            steps = int(np.flatnonzero(away).max(initial=-1)) + 1
+            steps = max(_settled(far), _settled(np.stack(strokes)))
         return correction, steps
+
+
+def _settled(displaced: np.ndarray) -> int:
+    """Time steps until all of [B, T, 4] are where they end."""
+    away = (np.abs(displaced - displaced[:, -1:]) > ARRIVED).any(axis=(0, 2))
+    return int(np.flatnonzero(away).max(initial=-1)) + 1
 
 
 class Drives:

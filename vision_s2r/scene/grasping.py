@@ -133,7 +133,7 @@ class _Gripper:
         for _ in self._moved(heights[1:], 300.0):
             if self._finger(LEFT)[0] + self._finger(RIGHT)[0] < 2 * EMPTY_OPENING:
                 return Outcome(-1, "slipped")
-        for _ in self._moved([heights[-1]] * round(HOLD_TIME / self.dt), 300.0):
+        for _ in self._moved([heights[-1]] * (round(HOLD_TIME / self.dt) + self.wait), 300.0):
             pass
         risen = self.world.poses()[:, 2] - before
         for k in np.flatnonzero(risen > 0.7 * physics.lift_height):
