@@ -3,13 +3,15 @@
 import json
 
 import pytest
-from recordings import EXAMPLES
+from recordings import DATA, EXAMPLES
 
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
+from vision_s2r.hardware.machines import machines
 
+REAL = DATA.parents[2] / "shared" / "real"  # logs of real machines, not ours to give away
 SLOW = ("joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
 
 
@@ -37,6 +39,21 @@ def test_the_answer_and_nothing_else(name, tmp_path):
         assert replayed(EXAMPLES / name, path.parent / "report.json", tmp_path) == pytest.approx(
             {key: report["gap"][key] for key in ("before", "after")}, rel=1e-12
         )
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not REAL.exists(), reason=f"{REAL} is not there")
+def test_every_report_of_a_real_joint_replays_to_the_digit(tmp_path):
+    wrong = []
+    for machine in machines(REAL, tmp_path / "recordings"):
+        for motion, recording in machine.recordings.items():
+            out = tmp_path / machine.name / motion
+            (path,) = diagnose_all(DiagnoseConfig(recording=str(recording), out=str(out), jobs=1))
+            report = path.parent / "report.json"
+            gap, again = json.loads(report.read_text())["gap"], replayed(recording, report, out)
+            if again != pytest.approx({key: gap[key] for key in again}, rel=1e-12):
+                wrong.append((machine.name, motion, gap, again))
+    assert not wrong
 
 
 def replayed(recording, report, folder):

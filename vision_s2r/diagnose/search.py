@@ -40,14 +40,17 @@ class Search:
         nominal = assess.one(frozenset())
         base = assess.one(self._base)
         named = self._shed(self._swap(self._grow(base)), self._effects)
-        final, resembles = self._restore(named), Names()
+        final, resembles = named, Names()
+        if assess.adequate(named):
+            final = self._restore(named)
         if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
             challenged, resembles = self._challenge(named, base)
             final = self._restore(challenged)
         unknown = final.names & self._discrepancies
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ may be doing its work.
-        effects = final.names - unknown - (frozenset() if adequate and not unknown else self._case.refitted)
+        doubtful = frozenset() if adequate and not unknown else self._case.refitted
+        effects = final.names - unknown - {name for name in doubtful if self._case.library[name].source == "dynamics"}
         return Found(final, assess.one(self._case.refitted), nominal, effects, unknown, resembles | unknown, adequate)
 
     def _grow(self, base: Assessment) -> Assessment:
@@ -74,13 +77,21 @@ class Search:
         return [name for name, gain in gains.items() if gain > self._cfg.promising]
 
     def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
-        """Sets one larger than those of the beam, and proposed ones of that size; the best first."""
-        wanted = [(self._base | names, NOMINAL) for names in self._case.proposals() if len(names - self._base) == size]
+        """Sets one larger than those of the beam, and proposed ones of that size; the best first.
+
+        What several parents lead to starts from the likeliest of them.
+        """
+        proposed = [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
+        grown = []
         for place, parent in enumerate(beam, start=1):
             free = [name for name in self._candidates if name not in parent.names]
             gains = self._case.screen(parent.hypothesis, free)
             promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.breadth // place]
-            wanted += [(parent.names | {name}, parent.hypothesis) for name in promising]
+            grown += [(parent, name) for name in promising]
+        likely = self._assessor.fit((parent.names, parent.hypothesis) for parent in beam)
+        grown.sort(key=lambda each: -likely[each[0].names])
+        wanted = [(names, NOMINAL) for names in proposed]
+        wanted += [(parent.names | {name}, parent.hypothesis) for parent, name in grown]
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))
         best = sorted(scores, key=lambda names: -scores[names])[: self._cfg.contenders]
@@ -191,12 +202,14 @@ class Search:
     def _restore(self, found: Assessment) -> Assessment:
         """Nominal parameters back to their nominal values, apart from those that have to differ.
 
-        Where several have to, one effect more, or a torque constant, may say the same with fewer names.
+        Where several have to, one effect more, or a torque constant, may say the same with fewer names; beside
+        something unknown nominal parameters are not named in any case.
         """
         found = self._shed(found, self._case.refitted)
         if not found.names & self._discrepancies:
             found = self._shed(found, self._effects | self._case.refitted)
-        if len(found.names & self._case.refitted) < 2:
+        named = self._assessor.adequate(found) and not found.names & self._discrepancies
+        if len(found.names & self._case.refitted) < 2 or not named:
             return found
         whole = found.names | self._case.refitted
         free = [name for name in self._candidates if name not in whole]

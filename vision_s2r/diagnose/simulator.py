@@ -2,7 +2,8 @@
 
 It has the effects that are named and the nominal parameters that the data ask for, and no discrepancy terms, which
 nobody could take over. Where something unknown is beside it, either its parameters as they were found beside a
-discrepancy term, or identified once more without, are better on held-out data.
+discrepancy term, or identified once more without, are better on held-out data; where no more than a signature is named,
+the nominal parameters are identified.
 """
 
 from dataclasses import dataclass, replace
@@ -112,7 +113,11 @@ def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
         return nominal
     kept = found.final.names - found.unknown
     best = _of(case, assessor, found.final, kept)
-    if found.unknown:
+    if found.unknown and found.effects <= frozenset(case.certain):
+        # No effect whose parameters a discrepancy term would have kept from doing the unknown's work.
+        plain = found.effects | case.refitted
+        best = _of(case, assessor, assessor.one(plain, found.refitted.hypothesis), plain)
+    elif found.unknown:
         for names in dict.fromkeys((kept, found.effects)):
             other = _of(case, assessor, assessor.one(names, found.final.hypothesis), names)
             if other.error.mean() < BETTER**2 * best.error.mean():

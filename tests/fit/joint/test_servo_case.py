@@ -1,6 +1,7 @@
 """Position servos: a perfect one has no gap, and what is added to it is named, at samples that jitter."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,8 +27,8 @@ NOMINAL = {
 }
 
 
-def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4):
-    """Five episodes of sines and jumps, simulated in steps of a quarter of a millisecond."""
+def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None):
+    """Five episodes of sines and jumps, simulated in steps of a quarter of a millisecond; `on` is what scales u."""
     rng = np.random.default_rng(0)
     t = np.arange(round(seconds * rate)) / rate + rng.uniform(0, jitter / rate, (5, round(seconds * rate)))
     t -= t[:, :1]
@@ -37,10 +38,13 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4):
         levels[0] = 0
         target[row] = levels[(t[row] / hold).astype(int)]
     machine = pack(Nominal(**NOMINAL), effects)[None]
-    states = simulate(machine, target, np.zeros((5, 2)), 1 / rate, times=t, substeps=round(4000 / rate))[0]
+    supply = None if on is None else np.broadcast_to(on, t.shape)
+    steps = round(4000 / rate)
+    states = simulate(machine, target, np.zeros((5, 2)), 1 / rate, times=t, scale=supply, substeps=steps)[0]
     position = states[..., 0] + noise * rng.standard_normal(t.shape)
     lengths = np.full(5, t.shape[1])
-    return JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(5)), t)
+    recording = JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(5)), t)
+    return replace(recording, supply=supply)
 
 
 def run(target, effects, rate):
@@ -93,3 +97,31 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert np.sqrt(np.mean((rows[:, 4] - rows[:, 2]) ** 2)) == pytest.approx(again["after"], rel=1e-3)
     other = replay(a_servo(50.0, {}), values(diagnosed(report)), tmp_path, held_out=report["held_out"])
     assert "not seen" not in other["described"] and other["gap"]["after"] > other["gap"]["before"]
+
+
+def test_a_drive_that_is_off_tells_the_motors_damping_from_friction():
+    """And a simulation that runs away is no perfect fit."""
+    truth = {"viscous_damping": {"value": 0.05}, "back_emf": {"damping": 0.3}}
+    on = np.where(np.arange(200) % 50 < 30, 1.0, 0.0)
+    case = open_case(a_servo(50.0, truth, on=on))
+    found = case.fit(case.refitted, range(case.segments), None).values
+    assert found["back_emf"]["damping"] == pytest.approx(0.3, rel=0.03)
+    assert found["viscous_damping"]["value"] == pytest.approx(0.05, rel=0.1)
+    wild = {**found, "inertia": {"value": 0.001}, "back_emf": {"damping": 50.0}}
+    assert case.excess(Hypothesis(wild), [0])[0] > 1e3
+
+
+def test_a_sensor_that_is_believed_to_stretch_leaves_what_it_shows():
+    recording = a_servo(50.0, {})
+    other = replace(recording, position=recording.position.copy())
+    other.position[:, 30:] += 0.01
+    bent = Hypothesis({}, {"sensor_nonlinearity": np.array([0.3, 0.0, 0.2, 0.1])})
+    left = [open_case(each)._fitter.residuals(bent, range(5)) for each in (recording, other)]
+    assert (left[1] - left[0])[:, 30:] == pytest.approx(0.01, rel=1e-6)
+
+
+def test_a_servo_that_holds_still_has_no_gap_rather_than_no_noise():
+    still = replace(a_servo(50.0, {}), command=np.zeros((5, 200)), position=np.zeros((5, 200)))
+    still.position[:, 100:] = 0.0015
+    case = open_case(replace(still, nominal={**NOMINAL, "coulomb_friction": 0.5}))
+    assert np.isfinite(case.excess(Hypothesis(), range(5))).all() and 1e-8 < case.noise[0] < 1e-6

@@ -18,7 +18,7 @@ from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
 from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
-from vision_s2r.fit.joint.noise import fast_variance, inflation, memory
+from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.track import Track, fast_noise, led_by, make_track
@@ -62,14 +62,16 @@ class JointCase:
         self.recording = recording
         self.library = library
         apart = {"torque_constant": ONE_GAIN} if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
-        apart |= {} if recording.supply is not None and (recording.supply <= 0).any() else {"back_emf": NEVER_OFF}
+        off = recording.supply is not None and bool((recording.supply <= 0).any())
+        apart |= {} if off else {"back_emf": NEVER_OFF}
         self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
         grid = find_quantization_grid(recording.position, recording.lengths)
         derived = grid is not None and _is_derived(recording)
         self.track: Track = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
-        self.refitted = frozenset(self.refitted & self.library.keys())
+        # The damping that a model believes in is in part the motor's, which goes with its drive.
+        self.refitted = frozenset((self.refitted | ({"back_emf"} if off else set())) & self.library.keys())
         self.metric, self.unit = gap_metric(recording)
         self.described = self._describe()
         rounding = grid.resolution**2 / 12 if grid else 0.0
@@ -100,6 +102,8 @@ class JointCase:
             best = self._fitter.fit(names_of(best), range(self.segments), best)
             noise = fast_variance(self._fitter.residuals(best, range(self.segments)), self.track.lengths)
         track = self.track
+        # A joint that hardly moves shows no noise.
+        noise = np.where(noise > 0, noise, resolved(self._fitter.observer.seen) ** 2 / 12)
         if self._grid is not None:  # slow motion hides how much rounding moves
             noise[0] = max(noise[0], rounding + self._grid.noise**2)
         if unknown_grid is not None:  # its steps are no noise

@@ -27,6 +27,7 @@ class Discrepancy:
     knots: tuple[float, float, int] | None = None
     command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
+    shown: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # and back, exactly
     step: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -88,25 +89,38 @@ HARMONICS = (1, 2)
 
 
 def _sensor(track: Track, scales: Scales) -> Discrepancy:
-    """The encoder shows θ + a·sin θ + …; undone to first order and once more."""
+    """The encoder shows θ + a·sin θ + …; undone about, for what leads the observer."""
     turn = 1.0 if track.units == "rotary" else 2 * np.pi / scales.span
     size = 2 * len(HARMONICS)
     bound = np.full(size, 0.3 / turn)
 
-    def measured(states: np.ndarray, c: np.ndarray) -> np.ndarray:
-        shown, position = states[..., 0], states[..., 0]
-        for _ in range(3):
-            position = shown - sum(
-                c[2 * i] * np.sin(n * turn * position) + c[2 * i + 1] * (np.cos(n * turn * position) - 1)
-                for i, n in enumerate(HARMONICS)
-            )
-        slope = 1 + sum(
+    def bent(position: np.ndarray, c: np.ndarray) -> np.ndarray:
+        terms = (
+            c[2 * i] * np.sin(n * turn * position) + c[2 * i + 1] * (np.cos(n * turn * position) - 1)
+            for i, n in enumerate(HARMONICS)
+        )
+        return np.asarray(sum(terms))
+
+    def slope(position: np.ndarray, c: np.ndarray) -> np.ndarray:
+        terms = (
             n * turn * (c[2 * i] * np.cos(n * turn * position) - c[2 * i + 1] * np.sin(n * turn * position))
             for i, n in enumerate(HARMONICS)
         )
-        return np.stack([position, states[..., 1] / slope], axis=-1)
+        return np.asarray(1 + sum(terms))
 
-    return Discrepancy("sensor_nonlinearity", size, 0.1 / turn, -bound, bound, 0.5 * bound, measured=measured)
+    def measured(states: np.ndarray, c: np.ndarray) -> np.ndarray:
+        shown, position = states[..., 0], states[..., 0]
+        for _ in range(3):
+            position = shown - bent(position, c)
+        return np.stack([position, states[..., 1] / slope(position, c)], axis=-1)
+
+    def shown(states: np.ndarray, c: np.ndarray) -> np.ndarray:
+        position = states[..., 0]
+        return np.stack([position + bent(position, c), states[..., 1] * slope(position, c)], axis=-1)
+
+    return Discrepancy(
+        "sensor_nonlinearity", size, 0.1 / turn, -bound, bound, 0.5 * bound, measured=measured, shown=shown
+    )
 
 
 DISCREPANCIES: dict[str, Callable[[Track, Scales], Discrepancy]] = {

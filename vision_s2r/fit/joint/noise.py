@@ -11,6 +11,7 @@ BLOCK = 32  # samples
 TRIMMED = 0.2  # of the blocks, those with the largest fast residual, are left out: impacts and starts are no noise
 REPLICAS = 4
 MOST_MEMORY = 60  # samples
+LEAST = 1e-9  # rad, m, or either per second
 
 
 def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
@@ -26,6 +27,13 @@ def fast_variance(residuals: np.ndarray, lengths: np.ndarray) -> np.ndarray:
         kept = power[: max(1, int(len(power) * (1 - TRIMMED)))]
         out.append(kept.mean() / _trimmed_mean())
     return np.array(out)
+
+
+def resolved(values: np.ndarray) -> np.ndarray:
+    """The least change [channels] from sample to sample in signals [E, T, channels]; LEAST where nothing changes."""
+    changes = np.abs(np.diff(values, axis=1)).reshape(-1, values.shape[-1])
+    least = np.nanmin(np.where(changes > 0, changes, np.inf), axis=0)
+    return np.where(np.isfinite(least), least, LEAST)
 
 
 @cache

@@ -11,6 +11,8 @@ import numpy as np
 from vision_s2r.fit.joint.space import Space
 from vision_s2r.fit.joint.track import Track
 
+FAR = 1e100  # of a residual where a simulation runs away: its square is still a number
+
 
 class Observer:
     """Runs points of spaces over episodes of a track."""
@@ -19,12 +21,21 @@ class Observer:
         self.track, self.substeps, self.noise = track, substeps, noise
         self.channels = 1 if track.velocity is None else 2
 
+    @property
+    def seen(self) -> np.ndarray:
+        """What is predicted [E, T, channels]; NaN beyond an episode's end."""
+        return self.track.observed[..., : self.channels]
+
     def residuals(self, space: Space, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
         """Measured less predicted [C, E, T, channels] of points [C, D]; beyond an episode's end 0."""
-        out = np.empty((len(points), len(episodes), self.track.position.shape[1], self.channels))
-        for members, states, measured in self._runs(space, points, episodes, leak=self.track.leak):
-            out[members] = (measured - states)[..., : self.channels]
-        return np.nan_to_num(out, copy=False, nan=0.0, posinf=1e150, neginf=-1e150)
+        measured = self.seen[list(episodes)]
+        out = np.empty((len(points), *measured.shape))
+        for members, states in self._runs(space, points, episodes):
+            out[members] = measured - states[..., : self.channels]
+        if not np.isfinite(out.sum()):  # a simulation that runs away is far off, and none goes on beyond the end
+            out[np.isnan(out)] = FAR
+            out[:, np.isnan(measured)] = 0.0
+        return np.clip(out, -FAR, FAR, out=out)
 
     def slopes(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [E, T, channels] of a point [D], and their change with each coordinate [D, E, T, channels]."""
@@ -34,45 +45,42 @@ class Observer:
 
     def led(self, space: Space, point: np.ndarray) -> np.ndarray:
         """States [E, T, 2] that the observer predicts for all episodes."""
-        ((_, states, _),) = self._runs(space, point[None], range(len(self.track.lengths)), leak=self.track.leak)
+        ((_, states),) = self._runs(space, point[None], range(len(self.track.lengths)))
         return states[0]
 
-    def free(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """A free run: simulated states [E, T, 2] and measured ones, as this hypothesis understands the sensor."""
-        ((_, states, measured),) = self._runs(space, point[None], episodes, leak=0.0)
-        return states[0], measured
-
-    def _runs(self, space: Space, points: np.ndarray, episodes: Sequence[int], leak: float):  # type: ignore[no-untyped-def]
+    def _runs(self, space: Space, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
+        """States as the sensor shows them, of points that share command and measured states."""
         track, index = self.track, np.asarray(episodes)
         machines = space.machines(points)
-        for members, command, measured in self._inputs(space, points, index):
+        for members, command, measured, sensor in self._inputs(space, points, index):
             first = track.first[index]
-            if measured is not None:
-                first = np.where(first == track.observed[index, 0], measured[:, 0], first)
-            else:
-                measured = track.observed[index]
-            led = {"observed": measured, "leak": leak} if leak else {}
+            # Where an episode begins at rest, its velocity is no measurement.
+            first = np.where(first == track.observed[index, 0], measured[:, 0], first)
+            led = {"observed": measured, "leak": track.leak} if track.leak else {}
             states = track.inputs.run(machines[members], first, self.substeps, space.tables, index, command, **led)
-            yield members, states, measured
+            for shown, coefficients in sensor:
+                states = shown(states, coefficients)
+            yield members, states
 
     def _inputs(self, space: Space, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
-        """Points that share command and measured states: (members, command, measured or None)."""
+        """Points that share a command, measured states and a sensor: (members, command, measured, sensor)."""
         track = self.track
         changing = [discrepancy for discrepancy in space.discrepancies if discrepancy.command or discrepancy.measured]
         if not changing:
-            yield slice(None), None, None
+            yield slice(None), track.inputs.command[index], track.observed[index], []
             return
         parts = np.concatenate([space.part(points, discrepancy) for discrepancy in changing], axis=1)
         unique, group = np.unique(parts, axis=0, return_inverse=True)
         for k in range(len(unique)):
             members = np.flatnonzero(group.ravel() == k)
-            command, measured = track.inputs.command[index], None
+            command, measured, sensor = track.inputs.command[index], track.observed[index], []
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
                 if discrepancy.command:
                     command = discrepancy.command(command, coefficients)
                 if discrepancy.measured:
-                    measured = discrepancy.measured(
-                        track.observed[index] if measured is None else measured, coefficients
-                    )
-            yield members, command, measured
+                    measured = discrepancy.measured(measured, coefficients)
+                    sensor.append((discrepancy.shown, coefficients))
+                    if track.servo:  # its targets are what the sensor is to show
+                        command = discrepancy.measured(np.stack([command, command], axis=-1), coefficients)[..., 0]
+            yield members, command, measured, sensor
