@@ -49,7 +49,7 @@ class Tuning:
         hold = round(LONGEST / time_step)
         for _ in range(ROUNDS):
             held = np.tile(goal + correction, (hold, 1))
-            raised = held + [0.0, 0.0, STROKE, 0.0]
+            raised = held + np.array([0.0, 0.0, STROKE, 0.0])
             ways, strokes = [], []
             for effects in self.believed:
                 drives = Drives(effects, time_step, waiting)
