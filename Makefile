@@ -38,10 +38,11 @@ test-all: setup ## every test
 
 check: lint dist docs ## lint, format, types; wheel and sdist build, and the documentation
 
-lint: setup ## lint, format, types
+lint: setup ## lint, format, types, and no secrets in any file
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vision_s2r scripts
+	git ls-files -z | grep -zvE '\.(png|jpg|ipynb|safetensors|csv)$$' | xargs -0 $(BIN)/detect-secrets-hook --no-verify
 
 docs: setup ## the documentation, into build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet

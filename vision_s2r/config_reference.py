@@ -32,6 +32,7 @@ from vision_s2r.imports.config import ImportConfig
 from vision_s2r.metrics.config import MetricsConfig
 from vision_s2r.options import declared
 from vision_s2r.paths import CONFIGS
+from vision_s2r.reliability.config import ReliabilityConfig
 from vision_s2r.translate.video import VideoConfig
 
 # By file of configs/: the configuration that it composes.
@@ -43,6 +44,7 @@ CONFIGURATIONS: dict[str, type] = {
     "replay": ReplayConfig,
     "import": ImportConfig,
     "export": ExportConfig,
+    "reliability": ReliabilityConfig,
     "export_lerobot": LeRobotConfig,
     "export_rerun": RerunConfig,
     "translate_video": VideoConfig,

@@ -12,6 +12,7 @@ names that begin with the kind ("joint.air_drag"). Such a module registers the e
 
 import inspect
 import math
+import sys
 from collections.abc import ItemsView, Iterator, Mapping
 from dataclasses import dataclass
 from importlib.metadata import entry_points
@@ -47,6 +48,8 @@ class Parameter:
 
     def check(self, value: object, where: str) -> float:
         """`value` as a float, neutral or within the bounds; else UserError, which begins with `where`."""
+        if isinstance(value, int) and abs(value) > sys.float_info.max:
+            value = math.nan
         if isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
             raise UserError(f"{where}: {self.name} is {value!r}, expected a number")
         if value != self.neutral and not self.low <= value <= self.high:

@@ -1,8 +1,11 @@
 """Work in pieces, on this machine's cores or on a Ray cluster: the one place that chooses."""
 
 import os
+import threading
+import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from functools import cache
 from itertools import islice
 from pathlib import Path
 from typing import Any, TypeVar
@@ -46,8 +49,26 @@ def run(
         return _on_ray(function, calls, jobs, ordered)
     kind = "generator" if ordered else "generator_unordered"
     parallel = joblib.Parallel(jobs, backend="threading" if threads else "loky", return_as=kind)
-    found: Iterator[R] = parallel(joblib.delayed(function)(*call) for call in calls)
+    found: Iterator[R] = parallel(joblib.delayed(_watched)(os.getpid(), function, call) for call in calls)
     return found
+
+
+def _watched(parent: int, function: Callable[..., R], call: tuple[Any, ...]) -> R:
+    """In a worker, which ends when the process that it works for was killed: by itself it would wait for ever."""
+    if os.getpid() != parent:
+        _watch(parent)
+    return function(*call)
+
+
+@cache
+def _watch(parent: int) -> None:
+    threading.Thread(target=_outlive, args=(parent,), daemon=True).start()
+
+
+def _outlive(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(1)
+    os._exit(1)
 
 
 def _on_ray(function: Callable[..., R], calls: Iterable[tuple[Any, ...]], jobs: int, ordered: bool) -> Iterator[R]:

@@ -10,7 +10,7 @@ VISUAL, DIAGNOSIS, DYNAMICS, SPEED = (
     "Bridge the visual gap",
     "Diagnose the gap",
     "Bridge the dynamics gap",
-    "Measure speed",
+    "Measure speed and reliability",
 )
 
 
@@ -223,6 +223,19 @@ _ALL = (
         schema="vision_s2r.hardware.config:HardwareConfig",
         config="hardware",
         examples=(("path=tests/data/emps", "the tables of the docs"), ("path=DIR 'only=[Wrist_Roll]'", "a part of it")),
+        result="table",
+    ),
+    Command(
+        "reliability",
+        SPEED,
+        "What spoilt inputs do to readers, and SIGKILL to commands, counted",
+        "vision_s2r.reliability:reliability",
+        schema="vision_s2r.reliability:ReliabilityConfig",
+        config="reliability",
+        examples=(
+            ("'checks=[fuzz]' inputs=1000", "spoilt inputs of every reader"),
+            ("'checks=[kill]' 'commands=[render]' times=50", "one command, killed at 50 random moments"),
+        ),
         result="table",
     ),
     Command(

@@ -17,7 +17,6 @@ from vision_s2r.errors import UserError
 from vision_s2r.files import whole
 from vision_s2r.options import option, validate
 from vision_s2r.report import GapReport
-from vision_s2r.report.reading import read_report
 
 SIDES = {"measured": (60, 60, 60), "before": (217, 64, 64), "after": (64, 115, 190)}  # and their colours
 AXES = "xyz"
@@ -52,7 +51,7 @@ def export_rerun(cfg: RerunConfig) -> Path:
         if cfg.replay:
             views += _replay(stream, Path(cfg.replay), cfg.recording)
         if cfg.report:
-            text = GapReport.of(read_report(cfg.report)).summary()
+            text = GapReport.read(cfg.report).summary()
             stream.log("diagnosis", rerun.TextDocument(text), static=True)
             views.append(rerun.blueprint.TextDocumentView(origin="diagnosis", name="diagnosis"))
         stream.send_blueprint(rerun.blueprint.Blueprint(rerun.blueprint.Grid(*views), collapse_panels=True))

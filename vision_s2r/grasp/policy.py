@@ -146,6 +146,6 @@ def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
         cfg = OmegaConf.to_object(merged)
         assert isinstance(cfg, GraspConfig)
         check(cfg)
-    except (OmegaConfBaseException, UserError) as error:
+    except (OmegaConfBaseException, ArithmeticError, UserError) as error:
         raise UserError(f"{path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
     return cfg

@@ -24,7 +24,7 @@ def load(path: Path, options: ImportOptions) -> list[Table]:
     for file, log in zip(files, logs, strict=True):
         if any(log[key] != bench[key] for key in bench):
             raise UserError(f"{file}: another motor, gain, mass or length than {files[0].name}, expected one bench")
-    parts = [_columns(log, k) for k, log in enumerate(logs)]
+    parts = [_columns(log, k, file) for k, (log, file) in enumerate(zip(logs, files, strict=True))]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     drive = bench["motor"] if bench["motor"] in DRIVES else ""
     swung = bench["mass"] * bench["length"] ** 2
@@ -43,24 +43,24 @@ def _log(file: Path) -> dict[str, Any]:
         return {**log, **{key: float(log[key]) for key in ("mass", "length", "kp", "vin")}, "motor": str(log["motor"])}
     except OSError as error:
         raise UserError(f"{file}: cannot be read ({error.strerror})") from error
-    except (KeyError, TypeError, ValueError) as error:
-        raise UserError(f"{file}: {error} is wrong or missing, expected a log as BAM writes it") from error
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise _wrong(file, error) from error
 
 
-def _columns(log: dict[str, Any], episode: int) -> dict[str, np.ndarray]:
-    entries = log["entries"]
-    stamps = np.array([entry["timestamp"] for entry in entries])
-    later = np.r_[True, np.diff(stamps) > 0]
+def _wrong(file: Path, error: Exception) -> UserError:
+    reason = str(error).splitlines()[0]
+    return UserError(f"{file}: {reason} is wrong or missing, expected a log as BAM writes it")
 
-    def each(name: str) -> np.ndarray:
-        return np.array([float(entry[name]) for entry in entries])[later]
 
-    return {
-        "episode": np.full(int(later.sum()), float(episode)),
-        "t": stamps[later] - stamps[0],
-        "target": each("goal_position"),
-        "position": each("position"),
-        "velocity": each("speed"),
-        "enabled": each("torque_enable"),
-        "supply": each("input_volts") / log["vin"],
-    }
+def _columns(log: dict[str, Any], episode: int, file: Path) -> dict[str, np.ndarray]:
+    names = {"target": "goal_position", "position": "position", "velocity": "speed", "enabled": "torque_enable"}
+    names |= {"t": "timestamp", "supply": "input_volts"}
+    try:
+        rows = {ours: np.array([float(entry[name]) for entry in log["entries"]]) for ours, name in names.items()}
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise _wrong(file, error) from error
+    if not len(rows["t"]):
+        raise UserError(f"{file}: entries are empty, expected one a sample")
+    later = np.r_[True, np.diff(rows["t"]) > 0]
+    columns = {"episode": np.full(int(later.sum()), float(episode))} | {ours: v[later] for ours, v in rows.items()}
+    return columns | {"t": columns["t"] - rows["t"][0], "supply": columns["supply"] / log["vin"]}

@@ -30,8 +30,8 @@ def _renamed(table: Table) -> Table:
 def _motion(folder: Path) -> list[Table]:
     try:
         names = (folder / "joint_list.txt").read_text().split()
-    except OSError as error:
-        raise UserError(f"{folder / 'joint_list.txt'}: cannot be read ({error.strerror})") from error
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{folder / 'joint_list.txt'}: cannot be read ({error})") from error
     asked_at, goals = _rows(folder / "control.csv", "positions", len(names))
     at, positions = _rows(folder / "state_motor.csv", "positions", len(names))
     _, speeds = _rows(folder / "state_motor.csv", "velocities", len(names))
@@ -62,7 +62,7 @@ def _rows(path: Path, column: str, joints: int) -> tuple[np.ndarray, np.ndarray]
         values = np.array([json.loads(row[column]) for row in rows], float)
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror})") from error
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError, csv.Error) as error:
         raise UserError(
             f"{path}: {error} is wrong or missing, expected timestamp and {column} as SAGE has them"
         ) from error

@@ -14,7 +14,7 @@ def read(path: Path, what: str) -> dict[Any, Any]:
     """The keys and values of a YAML file; UserError, which says `what` was to be read, where there are none."""
     try:
         content = OmegaConf.to_container(OmegaConf.load(path), resolve=True)
-    except (OSError, UnicodeDecodeError, YAMLError, OmegaConfBaseException) as error:
+    except (OSError, ValueError, RecursionError, YAMLError, OmegaConfBaseException) as error:
         raise UserError(f"cannot read {what} {path}: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
         raise UserError(f"{what} {path}: expected keys and values")

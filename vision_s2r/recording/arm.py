@@ -21,6 +21,7 @@ DRIVE = (
     *("armature", "viscous_damping", "coulomb_friction"),
 )
 QUANTITIES = ("command", "position", "velocity", "torque")
+LONGEST_NAME = 200  # letters
 ROTORLESS = 1e-9  # kg·m², of a rotor that weighs nothing
 DEGREES = 180 / math.pi
 BEYOND = 2.0  # times a joint's limit, that are no overshoot
@@ -65,7 +66,8 @@ def _told(recording: JointRecording, torque: bool) -> JointRecording:
 
 
 def _model_path(folder: Path, name: Any, where: str) -> Path:
-    if not isinstance(name, str) or not name or Path(name).is_absolute() or ".." in Path(name).parts:
+    known = isinstance(name, str) and 0 < len(name) < LONGEST_NAME
+    if not known or Path(name).is_absolute() or ".." in Path(name).parts:
         raise UserError(f"{where}: model is {name!r:.60}, expected a file in the folder, as in arm.xml")
     return folder / name
 

@@ -57,6 +57,8 @@ def read_robot(folder: Path | str) -> RobotRecording:
 
 
 def _part(folder: Path, name: str, part: str, where: str) -> Part:
+    if "\0" in name:
+        raise UserError(f"{where}: parts: {part} is {name!r:.60}, expected a folder")
     path = folder / name
     if Path(name).is_absolute() or not path.resolve().is_relative_to(folder.resolve()) or path.resolve() == folder:
         raise UserError(f"{where}: parts: {part} is '{name:.60}', expected a folder inside the robot's")

@@ -1,12 +1,12 @@
 """What a folder of shards holds: its configuration, the versions that made it, a checksum for each shard."""
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vision_s2r.errors import UserError
+from vision_s2r.errors import UserError, check_keys
 from vision_s2r.files import write
 from vision_s2r.render import shard as shards
 from vision_s2r.render.config import RenderConfig
@@ -41,11 +41,22 @@ class Manifest:
             data = json.loads(path.read_text())
         except OSError as error:
             raise UserError(f"{path} cannot be read: expected a folder that `vision-s2r render` wrote") from error
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise UserError(f"{path} is not JSON: {error}") from error
         if not isinstance(data, dict) or data.pop("format", None) != FORMAT:
             raise UserError(f"{path}: expected format '{FORMAT}'")
-        data["checksums"] = {int(k): v for k, v in data["checksums"].items()}
+        check_keys(data, [each.name for each in fields(cls)], str(path), [each.name for each in fields(cls)])
+        for name, part in data.items():
+            if not isinstance(part, dict):
+                raise UserError(f"{path}: {name} is {part!r:.40}, expected keys and values")
+        for key in ("scenes", "shard_size", "size", "margin"):
+            value = data["render"].get(key)
+            if not isinstance(value, int) or value < (key != "margin"):
+                raise UserError(f"{path}: render.{key} is {value!r:.40}, expected a whole number")
+        try:
+            data["checksums"] = {int(k): str(v) for k, v in data["checksums"].items()}
+        except ValueError as error:
+            raise UserError(f"{path}: checksums: {error}, expected the number of each shard") from error
         return cls(**data)
 
     def save(self, folder: Path) -> None:

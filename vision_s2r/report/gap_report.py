@@ -1,12 +1,16 @@
 """A report in memory: typed, and the same as its report.json."""
 
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from pathlib import Path
 from types import UnionType
 from typing import Any, Self, cast, get_args, get_origin, get_type_hints
 
+from vision_s2r.errors import UserError
 from vision_s2r.report import words
 from vision_s2r.report.page import framed, html
+from vision_s2r.report.reading import FORMAT, read_report
 
 Interval = tuple[float, float]  # 95 %
 
@@ -193,8 +197,17 @@ class GapReport:
 
     @classmethod
     def of(cls, data: Mapping[str, Any], **more: Any) -> Self:
-        """From what report.json holds, checked already (`vision_s2r.report.reading.read_report`)."""
-        return cls(**{key: _typed(get_type_hints(cls)[key], each) for key, each in data.items()}, **more)
+        """From what report.json holds. Raises TypeError for keys and values that a report does not have."""
+        hints = get_type_hints(cls)
+        return cls(**{str(key): _typed(hints.get(key, Any), each, str(key)) for key, each in data.items()}, **more)
+
+    @classmethod
+    def read(cls, path: Path | str) -> Self:
+        """The report in a file. Raises UserError for what cannot be one."""
+        try:
+            return cls.of(read_report(path))
+        except TypeError as error:
+            raise UserError(f"{path}: {error}, expected a report as format '{FORMAT}' has it") from error
 
     def to_dict(self) -> dict[str, Any]:
         """What report.json holds."""
@@ -209,19 +222,32 @@ class GapReport:
         return framed(html(self.to_dict(), {}))
 
 
-def _typed(kind: Any, value: Any) -> Any:
-    """Plain data as this type. Raises TypeError for keys that it does not have."""
-    if value is None:
-        return None
+def _typed(kind: Any, value: Any, where: str) -> Any:
+    """Plain data as this type. Raises TypeError for what is another, and for keys that it does not have."""
     if get_origin(kind) is UnionType:  # with None
-        return _typed(get_args(kind)[0], value)
+        return None if value is None else _typed(get_args(kind)[0], value, where)
     if is_dataclass(kind):
         hints = get_type_hints(kind)
-        return cast(Any, kind)(**{key: _typed(hints.get(key), each) for key, each in value.items()})
+        made = {key: _typed(hints.get(key, Any), each, key) for key, each in _a(dict, value, where).items()}
+        return cast(Any, kind)(**made)
     if get_origin(kind) is tuple:
-        return tuple(_typed(get_args(kind)[0], each) for each in value)
+        kinds, values = get_args(kind), _a(list, value, where)
+        if kinds[-1] is Ellipsis:
+            kinds = (kinds[0],) * len(values)
+        if len(kinds) != len(values):
+            raise TypeError(f"{where} has {len(values)} values and not {len(kinds)}")
+        return tuple(_typed(each, one, where) for each, one in zip(kinds, values, strict=True))
     if get_origin(kind) is dict:
-        return {key: _typed(get_args(kind)[1], each) for key, each in value.items()}
+        return {key: _typed(get_args(kind)[1], each, key) for key, each in _a(dict, value, where).items()}
+    return value if kind is Any else _a(kind, value, where)
+
+
+def _a(kind: Any, value: Any, where: str) -> Any:
+    """The value, if it is of this kind; whole numbers are numbers too."""
+    kinds = (int, float) if kind is float else (list, tuple) if kind is list else (kind,)
+    large = isinstance(value, int) and abs(value) > sys.float_info.max
+    if not isinstance(value, kinds) or large or (isinstance(value, bool) and kind is not bool):
+        raise TypeError(f"{where} is {value!r:.40} and no {kind.__name__}")
     return value
 
 

@@ -60,7 +60,7 @@ def environment() -> jinja2.Environment:
 def _bars(gap: Mapping[str, Any]) -> list[tuple[str, str, float]]:
     """Label, what it is, and value of each bar of the gap."""
     bars = [("before", "the simulator as it came", gap["before"])]
-    if gap.get("refitted", gap["before"]) != gap["before"]:
+    if "refitted" in gap and gap["refitted"] != gap["before"]:
         bars.append(("refitted", "the same effects, its parameters fitted", gap["refitted"]))
     bars.append(("after", "with the effects that were found", gap["after"]))
     return [*bars, ("floor", "measurement noise", gap["floor"])]
