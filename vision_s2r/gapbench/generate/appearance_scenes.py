@@ -202,5 +202,5 @@ class Bullet:
         bodies = np.asarray(image[4]).reshape(side, side)
         buffer = np.asarray(image[3], np.float64).reshape(side, side)
         depth = _FAR * _NEAR / (_FAR - (_FAR - _NEAR) * buffer)
-        labels = np.vectorize(lambda body: self.bodies.get(body, TABLE), otypes=[np.uint8])(bodies)
+        labels = np.vectorize(lambda body: self.bodies.get(body, 0), otypes=[np.uint8])(bodies)
         return rgb, labels, depth
