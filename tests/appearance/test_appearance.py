@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+import yaml
 
 from vision_s2r.appearance import APPEARANCE_EFFECTS
 from vision_s2r.appearance.lamp import lamp_of
@@ -69,6 +70,9 @@ def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
     assert found.verdict == "explained" and [each.source for each in found.sources] == ["appearance"]
     assert f"label {BOX} is of another colour" in found.summary()
     found.save(tmp_path / "report")
+    patch = yaml.safe_load((tmp_path / "report" / "patch" / "appearance.yaml").read_text())
+    assert patch["labels"][BOX]["albedo"]["green"] == pytest.approx(0.75, rel=0.03)
+    assert yaml.safe_load((tmp_path / "report" / "patch" / "camera.yaml").read_text())["effects"] == {}
     write(recording, tmp_path / "recording")
     (path,) = replay_all(
         ReplayConfig(str(tmp_path / "recording"), str(tmp_path / "report" / "report.json"), str(tmp_path / "replay"))

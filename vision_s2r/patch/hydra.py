@@ -18,7 +18,7 @@ def joint(named: Diagnosed, recording: JointRecording, randomize: bool) -> str:
         where = unit(parameter, recording.units)
         if name in named:
             nominal = f"{recording.nominal[name]:.6g}"
-            lines += _entry(name, named[name]["value"], where, randomize, f"; nominal was {nominal}", "  ")
+            lines += entry(name, named[name]["value"], where, randomize, f"; nominal was {nominal}", "  ")
         else:
             lines += [f"  # {where}; as it was", f"  {name}: {number(recording.nominal[name])}"]
     drive = {name: given for name, given in named.items() if name not in DYNAMICS}
@@ -27,7 +27,7 @@ def joint(named: Diagnosed, recording: JointRecording, randomize: bool) -> str:
         lines += [f"  # {summary(JOINT_EFFECTS[name])}", f"  {name}:"]
         for parameter in JOINT_EFFECTS[name].parameters:
             where = unit(parameter, recording.units)
-            lines += _entry(parameter.name, given[parameter.name], where, randomize, "", "    ")
+            lines += entry(parameter.name, given[parameter.name], where, randomize, "", "    ")
     return "\n".join(lines) + "\n"
 
 
@@ -51,7 +51,7 @@ def camera(named: Diagnosed, recording: CameraRecording, randomize: bool) -> str
     for name, given in named.items():
         lines += [f"  # {summary(effects[name])}", f"  {name}:", "    # How often", "    probability: 1.0"]
         for parameter in effects[name].parameters:
-            lines += _entry(parameter.name, given[parameter.name], parameter.unit, randomize, "", "    ")
+            lines += entry(parameter.name, given[parameter.name], parameter.unit, randomize, "", "    ")
     return "\n".join(lines) + "\n"
 
 
@@ -79,7 +79,8 @@ def _geometry(named: Diagnosed, recording: CameraRecording) -> list[str]:
     ]
 
 
-def _entry(name: str, one: ReportedParameter, unit_name: str, randomize: bool, note: str, indent: str) -> list[str]:
+def entry(name: str, one: ReportedParameter, unit_name: str, randomize: bool, note: str, indent: str) -> list[str]:
+    """A key with its value or interval, below a comment on it."""
     comment = f"95 %: {one.low:.6g} to {one.high:.6g}" + (f" {unit_name}" if unit_name else "") + note
     ranged = randomize and one.low < one.high
     value = f"[{number(one.low)}, {number(one.high)}]" if ranged else number(one.value)

@@ -16,8 +16,8 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
     """Write what a report names into a folder, for the machine of the recording; returns the files.
 
     Hydra: a configuration with the values, and one whose ranges are their intervals. Joints and contacts: MuJoCo,
-    URDF and PyBullet. Arms: the whole model as MJCF. Cameras: OpenCV, where the geometry is concerned. Raises UserError
-    where that cannot be.
+    URDF and PyBullet. Arms: the whole model as MJCF. Cameras: OpenCV, where the geometry is concerned; surfaces and
+    light of the scene by label. Raises UserError where that cannot be.
     """
     named = diagnosed(report)
     if isinstance(recording, JointRecording):
@@ -41,11 +41,18 @@ def write_patch(report: Mapping[str, Any], recording: Recording, folder: Path) -
 
         files = {"patched.xml": arm.mjcf(named, recording), "arm.yaml": arm.hydra(named, recording)}
     else:
+        from vision_s2r.patch import appearance  # imports torch
+
+        scene = appearance.of_scene(named)
+        named = {name: given for name, given in named.items() if name not in scene}
         files = {
             "camera.yaml": hydra.camera(named, recording, randomize=False),
             "camera_randomized.yaml": hydra.camera(named, recording, randomize=True),
             "overrides.txt": hydra.camera_overrides(named, recording),
         }
+        if scene:
+            files["appearance.yaml"] = appearance.hydra(scene, recording, randomize=False)
+            files["appearance_randomized.yaml"] = appearance.hydra(scene, recording, randomize=True)
         if named.keys() & set(CAMERA_PATCHES):
             files["opencv.yml"] = opencv.calibration(named, recording)
     return [write(folder / name, content) for name, content in files.items()]
