@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import bootstrap
 
 from vision_s2r import statistics
-from vision_s2r.statistics import Bootstrap, interval, lower_bound, mcnemar, over_clusters, wilson
+from vision_s2r.statistics import Bootstrap, interval, lower_bound, mcnemar, over_clusters, shapley, wilson
 
 
 def test_wilson_by_hand():
@@ -107,3 +107,12 @@ def test_every_bootstrap_of_a_mean_is_scipys():
         assert (low, high) == pytest.approx(tuple(expected), abs=2 * noise)
     bound = np.quantile(known.bootstrap_distribution, 0.025) * len(values)
     assert lower_bound(values, 0.975, seed=1) == pytest.approx(bound, abs=2 * noise * len(values))
+
+
+def test_shapley_divides_what_is_won_together_evenly_and_all_of_it():
+    def worth(names):
+        return np.array([2.0 * ("a" in names) + 3.0 * ({"b", "c"} <= names), 1.0 * ("c" in names)])
+
+    parts = shapley(["a", "b", "c"], worth)
+    assert parts["a"] == pytest.approx([2, 0]) and parts["b"] == pytest.approx([1.5, 0])
+    assert parts["c"] == pytest.approx([1.5, 1]) and sum(parts.values()) == pytest.approx(worth({"a", "b", "c"}))

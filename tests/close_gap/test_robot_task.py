@@ -7,7 +7,6 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.close_gap import withheld
 from vision_s2r.close_gap.beliefs import blind, diagnosed, posterior
 from vision_s2r.close_gap.summary import recovered
-from vision_s2r.close_gap.task import shapley
 from vision_s2r.joint import pack, simulate
 from vision_s2r.recording import read, write
 from vision_s2r.report.robot import html
@@ -36,15 +35,6 @@ REPORT = {
         },
     ],
 }
-
-
-def test_shapley_divides_what_is_won_together_evenly_and_all_of_it():
-    def worth(names):
-        return np.array([2.0 * ("a" in names) + 3.0 * ({"b", "c"} <= names), 1.0 * ("c" in names)])
-
-    parts = shapley(["a", "b", "c"], worth)
-    assert parts["a"] == pytest.approx([2, 0]) and parts["b"] == pytest.approx([1.5, 0])
-    assert parts["c"] == pytest.approx([1.5, 1]) and sum(parts.values()) == pytest.approx(worth({"a", "b", "c"}))
 
 
 def test_a_report_becomes_the_robot_that_the_scene_can_simulate():

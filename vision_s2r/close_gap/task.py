@@ -4,12 +4,11 @@ Losses are divided among sources as Shapley divides a game's worth among its pla
 Games II, 1953).
 """
 
-import itertools
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import joblib
 import numpy as np
@@ -25,12 +24,10 @@ from vision_s2r.pipeline import test_scene
 from vision_s2r.scene import attempt
 from vision_s2r.scene.drives import Tuning
 from vision_s2r.scene.machine import Key, Machine
-from vision_s2r.statistics import interval
+from vision_s2r.statistics import interval, shapley
 
 SOURCES = ("appearance", "camera", "drives", "contact")
 LOOK: Key = ("appearance", "real")  # beside the effects: what surfaces and light look like
-
-P = TypeVar("P", bound=Hashable)
 
 
 @dataclass(frozen=True)
@@ -79,21 +76,6 @@ class Task:
             settings = through_cameras(self._cfg.evaluate, row, [], self._out)
             (self._runners[key],) = load_rows(settings, self.scenes.views.size, Loaders())["robot"]
         return self._runners[key]
-
-
-def shapley(players: Sequence[P], worth: Callable[[frozenset[P]], np.ndarray]) -> dict[P, np.ndarray]:
-    """The part [N] of each player in what all of them together are worth [N] more than none, over all subsets."""
-    known = {
-        frozenset(subset): np.asarray(worth(frozenset(subset)), dtype=float)
-        for size in range(len(players) + 1)
-        for subset in itertools.combinations(players, size)
-    }
-    orders = list(itertools.permutations(players))
-    parts = {player: np.zeros_like(known[frozenset()]) for player in players}
-    for order in orders:
-        for k, player in enumerate(order):
-            parts[player] += (known[frozenset(order[: k + 1])] - known[frozenset(order[:k])]) / len(orders)
-    return parts
 
 
 def losses(task: Task, way: Way, robot: Machine, seed: int) -> dict[str, Any]:
