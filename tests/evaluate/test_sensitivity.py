@@ -39,7 +39,7 @@ def test_curves_are_measured_and_drawn(tmp_path):
         "no_translation": RowConfig([policy]),
         "rcan": RowConfig([policy], [translator]),
     }
-    table = EvaluateConfig(scenes=str(render_scenes(tmp_path / "scenes")), rows=rows, backend="sequential", workers=1)
+    table = EvaluateConfig(scenes=str(render_scenes(tmp_path / "scenes")), rows=rows, workers=1)
     cfg = SensitivityConfig(effects=["gamma", "defocus_blur"], strengths=[0.5, 2.0], limit=2)
     points = json.loads(sensitivity(cfg, table, SCENE, tmp_path / "out").read_text())
     assert len(points) == 2 * 2 * 3  # rows that look at sources, effects, strengths with none

@@ -47,7 +47,7 @@ def commands() -> np.ndarray:
     return np.stack([loop.command for loop in loops])
 
 
-NEUTRAL = ("bullet", "errors", "files", "options", "progress")  # rooms that know nothing of joints
+NEUTRAL = ("parallel", "bullet", "errors", "files", "options", "progress")  # rooms that know nothing of joints
 
 
 def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> joint.Machine:

@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import KINDS, GapbenchConfig
 from vision_s2r.gapbench.files import commitment, read_json, write_json
 from vision_s2r.gapbench.generate.base import CASES, SPLITS
+from vision_s2r.parallel import run as in_pieces
 from vision_s2r.progress import tracked
 
 FORMAT = "vision-s2r/gapbench/1"
@@ -44,7 +44,7 @@ def generate(cfg: GapbenchConfig) -> Path:
     (out / "recordings").mkdir(parents=True, exist_ok=True)
     jobs = [(case, index) for case, count in drawn["counts"].items() for index in range(count)]
     calls = ((cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
-    machines = parallel.run(_one, calls, cfg.jobs, cfg.backend)
+    machines = in_pieces(_one, calls, cfg.jobs, cfg.backend)
     answers = dict(sorted(tracked(machines, len(jobs), f"generate {cfg.kind} {cfg.set}")))
     salts = {name: secrets.token_hex(16) for name in answers}
     write_json(out / "answers.json", {name: {"salt": salts[name], "answer": answers[name]} for name in answers})

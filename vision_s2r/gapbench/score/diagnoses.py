@@ -12,10 +12,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.gapbench.files import read_json, write_json
+from vision_s2r.parallel import run as in_pieces
 from vision_s2r.progress import tracked
 
 _DIAGNOSE = [sys.executable, "-m", "vision_s2r", "diagnose"]
@@ -36,7 +36,7 @@ def run(cfg: GapbenchConfig) -> list[str]:
     waiting = [name for name in names if not _finished(out / "reports" / name)]
     (out / "reports").mkdir(exist_ok=True)
     calls = ((cfg, out, name, sealed["withheld"].get(name)) for name in waiting)
-    done = parallel.run(_one, calls, cfg.jobs, cfg.backend, ordered=False, threads=True)
+    done = in_pieces(_one, calls, cfg.jobs, cfg.backend, ordered=False, threads=True)
     for _ in tracked(done, len(waiting), "score"):
         pass
     return names
