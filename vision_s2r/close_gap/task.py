@@ -10,9 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.camera import CameraConfig
 from vision_s2r.config import Config
 from vision_s2r.evaluate.cells import Cell, fingerprint
@@ -62,10 +62,10 @@ class Task:
         if cell is None:
             grasps, q = runner.act(pictures(column, self.scenes.views, self._cfg.seed), self.scenes)
             calls = (
-                joblib.delayed(attempt)(self.scenes.cfg, state, grasp, robot, way.tuning)
+                (self.scenes.cfg, state, grasp, robot, way.tuning)
                 for state, grasp in zip(self.scenes.states, np.asarray(grasps, np.float64), strict=True)
             )
-            cell = Cell(grasps, q, joblib.Parallel(self._cfg.jobs)(calls))
+            cell = Cell(grasps, q, list(parallel.run(attempt, calls, self._cfg.jobs)))
             cell.save(path, key)
         return cell.success
 

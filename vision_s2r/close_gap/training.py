@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import joblib
 import numpy as np
 import torch
 from torch import Tensor
 
+from vision_s2r import parallel
 from vision_s2r.camera import CameraConfig
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.grasp import train_policy
@@ -91,11 +91,8 @@ def tried_again(cfg: CloseGapStudyConfig, views: Views, robots: Sequence[Machine
     if not path.exists():
         grasps, states = views.all("grasps").numpy().astype(float), views.states()
         jobs = [(i, j) for i in range(len(states)) for j in range(grasps.shape[1])]
-        calls = (
-            joblib.delayed(attempt)(cfg.scene, states[i], grasps[i, j], robots[k % len(robots)], tuning)
-            for k, (i, j) in enumerate(jobs)
-        )
-        held = [outcome.success for outcome in joblib.Parallel(cfg.jobs)(calls)]
+        calls = ((cfg.scene, states[i], grasps[i, j], robots[k % len(robots)], tuning) for k, (i, j) in enumerate(jobs))
+        held = [outcome.success for outcome in parallel.run(attempt, calls, cfg.jobs)]
         out.mkdir(parents=True, exist_ok=True)
         partial = path.with_suffix(".partial.npz")
         np.savez(partial, success=np.array(held).reshape(grasps.shape[:2]))

@@ -4,8 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import joblib
-
+from vision_s2r import parallel
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.control.config import ControlConfig, PolicyConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
@@ -68,12 +67,10 @@ def trained_on(cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, st
     """A policy for each source, `seeds` times."""
     jobs = [(name, cfg.seed + k) for name in sources for k in range(seeds)]
     calls = (
-        joblib.delayed(_one)(
-            cfg, sources[name].machines(seed), sources[name].history, folder(cfg, name, seed), seed, steps
-        )
+        (cfg, sources[name].machines(seed), sources[name].history, folder(cfg, name, seed), seed, steps)
         for name, seed in jobs
     )
-    paths = joblib.Parallel(n_jobs=cfg.jobs)(calls)
+    paths = parallel.run(_one, calls, cfg.jobs)
     found: dict[str, list[Policy]] = {name: [] for name in sources}
     for (name, _), path in zip(jobs, paths, strict=True):
         found[name].append(Policy.load(path, cfg.task))

@@ -72,6 +72,11 @@ class _Settled:
         unsettled = sum(part.verdict not in ("no_gap", "explained") for part in self.parts.values())
         return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.payload is not None)
 
+    @property
+    def found(self) -> dict[str, dict[str, float]]:
+        """The effects and refitted values of the whole arm."""
+        return self.of_arm({name: part.settled.simulator.hypothesis.values for name, part in self.parts.items()})
+
     def of_arm(self, parts: Mapping[str, Values]) -> dict[str, dict[str, float]]:
         """Effects of each joint as those of the arm, with the payload."""
         found = {} if self.payload is None else {PAYLOAD: self.payload.values}
@@ -85,11 +90,11 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
             known = [effect.name for effect in ARM_EFFECTS]
             raise UserError(f"withhold: no effect is called '{name}': {nearest(name, known)}")
     settled = _settle(recording, cfg, jobs)
-    values = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items()}
-    found = settled.of_arm(values)
     written = _report(recording, settled, cfg)
     experiment = Experiment(written["next_experiment"], _commands(settled.parts))
-    return ArmDiagnosis.of(written, recording=recording, experiment=experiment, parts=settled.parts, found=found)
+    return ArmDiagnosis.of(
+        written, recording=recording, experiment=experiment, parts=settled.parts, found=settled.found
+    )
 
 
 def _settle(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
@@ -263,8 +268,7 @@ def _errors(recording: ArmRecording, settled: _Settled, held_out: Mapping[str, A
     payload = {} if settled.payload is None else {PAYLOAD: settled.payload.values}
     tip = tip_gap(recording, payload, before, after)
     if tip is not None:
-        found = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items()}
-        tip["shares"] = tip_shares(recording, settled.of_arm(found), seed)
+        tip["shares"] = tip_shares(recording, settled.found, seed)
     return _Errors(one, two, three, floor, tip, seed)
 
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias, overload
 
-import joblib
+import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.report import report
@@ -70,8 +71,8 @@ class SavedDiagnosis(GapReport):
             write_html(report, drawn, making / "report.html")
             if drawn:
                 write(making / "looks.png", png(next(iter(drawn.values()))))
-            if self.experiment.commands:
-                write(making / NEXT, table.text(self.experiment.commands))
+            if commands := self.experiment.commands:
+                write(making / NEXT, table.text(list(commands), np.column_stack(list(commands.values()))))
             if self.patched:  # else the simulator stays as it came
                 write_patch(report, self.recording, making / "patch")
             shutil.rmtree(folder, ignore_errors=True)
@@ -179,9 +180,9 @@ def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
     given = folders(cfg.recording)
     outs = outputs(cfg.out, given)
     processes, threads = (cfg.jobs, 1) if len(given) > 1 else (1, cfg.jobs)
-    parallel = joblib.Parallel(processes, return_as="generator")
-    calls = (joblib.delayed(_diagnose_into)(*each, cfg, threads) for each in zip(given, outs, strict=True))
-    return list(tracked(parallel(calls), len(given), "recordings"))
+    calls = ((*each, cfg, threads) for each in zip(given, outs, strict=True))
+    done = parallel.run(_diagnose_into, calls, processes)
+    return list(tracked(done, len(given), "recordings"))
 
 
 def _diagnose_into(folder: Path, out: Path, cfg: DiagnoseConfig, jobs: int) -> Path:

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import cv2
-import joblib
 import numpy as np
 from hydra.core.config_store import ConfigStore
 
+from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import Values
@@ -58,9 +58,9 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
     validate(cfg)
     report = read_report(cfg.report)
     outs = outputs(cfg.out, given)
-    parallel = joblib.Parallel(min(cfg.jobs, len(given)), return_as="generator")
-    calls = (joblib.delayed(_replay_into)(*each, report, cfg.seed) for each in zip(given, outs, strict=True))
-    return list(tracked(parallel(calls), len(given), "recordings"))
+    calls = ((*each, report, cfg.seed) for each in zip(given, outs, strict=True))
+    done = parallel.run(_replay_into, calls, min(cfg.jobs, len(given)))
+    return list(tracked(done, len(given), "recordings"))
 
 
 def _replay_into(folder: Path, out: Path, report: Mapping[str, Any], seed: int) -> Path:

@@ -162,7 +162,7 @@ def _write(
             columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
     step = float(np.median(np.diff(columns["t"])))
     head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, "joints": drives}
-    write(folder / "arm.csv", table_text(columns))
+    write(folder / "arm.csv", table_text(list(columns), np.column_stack(list(columns.values()))))
     write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
     shutil.copy(model.path, folder / model.path.name)
     signs = {1: "+", -1: "−"}

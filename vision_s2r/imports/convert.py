@@ -85,7 +85,7 @@ def _write(table: Table, folder: Path, options: ImportOptions) -> Imported:
     columns = [name for name in COLUMNS if name in table.columns]
     rows = np.stack([table.columns[name] for name in columns], axis=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    write(folder / "joint.csv", table_text(dict(zip(columns, rows.T, strict=True))))
+    write(folder / "joint.csv", table_text(columns, rows))
     write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
     recording = read(folder, hold_out=False)
     assert isinstance(recording, JointRecording)

@@ -59,11 +59,11 @@ def check_names(
         raise UserError(f"{path}: missing column {', '.join(missing)}")
 
 
-def text(columns: Mapping[str, np.ndarray]) -> str:
-    """The file of columns [rows] by name, the first a whole number."""
-    rows = zip(*columns.values(), strict=True)
-    lines = (",".join([f"{row[0]:.0f}", *(f"{value:.9g}" for value in row[1:])]) for row in rows)
-    return "\n".join([",".join(columns), *lines]) + "\n"
+def text(names: Sequence[str], rows: np.ndarray) -> str:
+    """The file of rows [N, columns] under these names, the first column whole numbers."""
+    file = io.StringIO()
+    np.savetxt(file, rows, ["%d"] + ["%.9g"] * (len(names) - 1), ",", header=",".join(names), comments="")
+    return file.getvalue()
 
 
 def check_values(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:

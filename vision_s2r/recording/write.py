@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from vision_s2r.contact.shape import Shape
 from vision_s2r.errors import UserError
-from vision_s2r.recording import contact
+from vision_s2r.recording import contact, table
 from vision_s2r.recording.data import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import CONTROL
@@ -53,8 +53,7 @@ def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
         block += [recording.command[k, :length], recording.position[k, :length]]
         block += [values[k, :length] for values in given.values()]
         blocks.append(np.stack(block, axis=1))
-    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
-    np.savetxt(folder / "joint.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
+    (folder / "joint.csv").write_text(table.text(columns, np.concatenate(blocks)))
     return joint_head(recording)
 
 
@@ -79,9 +78,8 @@ def _arm(recording: ArmRecording, folder: Path) -> dict[str, Any]:
         columns += [f"{key}.{name}" for key in given]
         for k, n in enumerate(some.lengths):
             rows[k] += [values[k, :n] for values in given.values()]
-    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
-    table = np.concatenate([np.stack(each, axis=1) for each in rows])
-    np.savetxt(folder / "arm.csv", table, form, ",", header=",".join(columns), comments="")
+    values = np.concatenate([np.stack(each, axis=1) for each in rows])
+    (folder / "arm.csv").write_text(table.text(columns, values))
     tip = {} if recording.tip is None else {"tip": recording.tip}
     head = {"model": recording.model.name, "sample_time": some.sample_time, **tip, "joints": drives}
     return {**head, "hold": recording.hold} if recording.hold else head
@@ -111,8 +109,7 @@ def _contact(recording: ContactRecording, folder: Path) -> dict[str, Any]:
         block += [] if velocity is None else [velocity[k, :length]]
         blocks.append(np.concatenate(block, axis=1))
     columns = contact.COLUMNS if velocity is not None else contact.COLUMNS[: -len(contact.VELOCITIES)]
-    form = ["%d"] + ["%.9g"] * (len(columns) - 1)
-    np.savetxt(folder / "contact.csv", np.concatenate(blocks), form, ",", header=",".join(columns), comments="")
+    (folder / "contact.csv").write_text(table.text(columns, np.concatenate(blocks)))
     nominal = {**_shape(recording.shape, folder), **recording.nominal}
     return {"sample_time": recording.sample_time, "nominal": nominal}
 

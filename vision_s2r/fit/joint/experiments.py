@@ -101,12 +101,13 @@ def experiment(
     sentences, columns, shown = [], {}, set()
     if len(rivals) > 1 or asked:
         candidates = design.candidates()
-        questions, speeds = _questions(fitter, design, base, rivals[1:], asked, variance)
+        commands = np.array(list(candidates.values()))
+        questions, speeds = _questions(fitter, design, commands, base, rivals[1:], asked, variance)
         chosen = _chosen(questions, np.isfinite(speeds))
         if chosen:
             fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
             sentences.append(_told([list(candidates)[k] for k in chosen], fast) + _settled(chosen, questions, base))
-            columns = _columns(np.array(list(candidates.values()))[chosen], design)
+            columns = _columns(commands[chosen], design)
             settled = {q.name for q in questions if q.nats[chosen].sum() >= DECISIVE}
             shown = {name for name in asked if name in settled}
     wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
@@ -136,6 +137,7 @@ def _design(fitter: JointFitter) -> Design:
 def _questions(
     fitter: JointFitter,
     design: Design,
+    commands: np.ndarray,  # [C, T] of the candidates
     base: Hypothesis,
     rivals: Sequence[Hypothesis],
     names: Sequence[str],
@@ -143,13 +145,12 @@ def _questions(
 ) -> tuple[list[_Question], np.ndarray]:
     """What is open, and of each candidate [C] its peak speed; inf where it leaves the range of the recording."""
     track, channel = fitter.track, 0 if fitter.track.velocity is None else 1
-    command = np.array(list(design.candidates().values()))
-    first = np.tile([design.start, 0.0], (len(command), 1))
+    first = np.tile([design.start, 0.0], (len(commands), 1))
 
     def run(space: Space, points: np.ndarray) -> np.ndarray:
         return simulate(
             space.machines(points),
-            command,
+            commands,
             first,
             design.sample_time,
             substeps=fitter.observer.substeps,
