@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vision_s2r.contact import Nominal, Shape, box, pack, simulate
+from vision_s2r.contact import NominalContact, Shape, box, pack, simulate
 from vision_s2r.errors import UserError
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, read
 
@@ -84,7 +84,7 @@ def a_contact(velocities: bool = True, samples: int = 60, shape: Shape | None = 
     first[:, 3:7] = attitude / np.linalg.norm(attitude, axis=1, keepdims=True)
     first[:, 7:] = rng.normal(size=(4, 6))
     shape = shape or box((0.05, 0.05, 0.05))
-    states = simulate(pack(Nominal(0.37, 0.3, 0.2), {})[None], shape, first, samples, 0.01)[0]
+    states = simulate(pack(NominalContact(0.37, 0.3, 0.2), {})[None], shape, first, samples, 0.01)[0]
     return ContactRecording(
         nominal={"mass": 0.37, "lateral_friction": 0.3, "restitution": 0.2, "gravity": 9.81},
         shape=shape,
@@ -146,7 +146,7 @@ def joint_row(effects):
     """A machine of the arm's."""
     from vision_s2r import joint
 
-    return joint.pack(joint.Nominal(**DRIVE), effects)
+    return joint.pack(joint.NominalJoint(**DRIVE), effects)
 
 
 def edit(path, *changes):

@@ -12,7 +12,7 @@ from vision_s2r.fit.camera.coordinates import starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
 from vision_s2r.fit.camera.prediction import BEHIND
 from vision_s2r.fit.joint.effect import JOINT_FITS
-from vision_s2r.fit.joint.space import Space
+from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import JOINT_EFFECTS, pack
 from vision_s2r.patch.effect import CAMERA_PATCHES, JOINT_PATCHES
@@ -49,7 +49,7 @@ def _missing_of_joint() -> Iterator[str]:
         yield f"{name} is fitted, but no effect"
     for effect in JOINT_EFFECTS:
         name, track = effect.name, tracks[effect.servo]
-        row = Space(frozenset(), track, 1e-4).row(np.empty(0))
+        row = JointSpace(frozenset(), track, 1e-4).row(np.empty(0))
         if name not in JOINT_FITS:
             yield f"{name} has no JointFit: register one in fit/joint/effects/{name}.py"
             continue

@@ -1,4 +1,4 @@
-"""Imports run one way: what is below knows nothing of what is above."""
+"""Imports run one way, what is below knows nothing of what is above; and a name is one thing."""
 
 import ast
 from collections.abc import Iterator
@@ -26,6 +26,15 @@ def test_nothing_below_imports_what_is_above() -> None:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
         raise AssertionError("these import each other: " + " ← ".join(error.args[1])) from None
+
+
+def test_a_class_is_the_only_one_of_its_name() -> None:
+    named: dict[str, list[str]] = {}
+    for path in sorted(ROOT.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                named.setdefault(node.name, []).append(str(path.relative_to(ROOT)))
+    assert {name: paths for name, paths in named.items() if len(paths) > 1} == {}
 
 
 def rooms() -> dict[str, set[str]]:

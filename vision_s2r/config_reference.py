@@ -58,7 +58,7 @@ CONFIGURATIONS: dict[str, type] = {
 
 
 @dataclass(frozen=True)
-class Row:
+class ReferenceRow:
     """One key."""
 
     key: str  # NAME in it stands for what the user may choose
@@ -101,28 +101,28 @@ def config_reference() -> dict[str, str]:
     return pages
 
 
-def _page(name: str, text: str | None, rows: Iterator[Row], group: str) -> str:
+def _page(name: str, text: str | None, rows: Iterator[ReferenceRow], group: str) -> str:
     files = map(_file, sorted((CONFIGS / group).glob("*.yaml")))
     return "\n\n".join([f"# {name}", str(text), _markdown(rows), *files]) + "\n"
 
 
-def _own(schema: type) -> Iterator[Row]:
+def _own(schema: type) -> Iterator[ReferenceRow]:
     """Every key of a configuration that is not one of the visual pipeline's, which it extends."""
     visual = {row.key for row in _rows(Config())} if issubclass(schema, Config) and schema is not Config else set()
     return (row for row in _rows(schema()) if row.key not in visual)
 
 
-def _rows(cfg: object, where: str = "", deep: bool = True) -> Iterator[Row]:
+def _rows(cfg: object, where: str = "", deep: bool = True) -> Iterator[ReferenceRow]:
     """Every key of a configuration, if `deep` of its parts too."""
     hints = get_type_hints(type(cfg))
     for name, value, limits in declared(cfg):
         key = where + name
         if is_dataclass(value):
             if deep:
-                yield Row(key, None, "", limits.comment)
+                yield ReferenceRow(key, None, "", limits.comment)
                 yield from _rows(value, f"{key}.")
             continue
-        yield Row(key, _plain(value), limits.expected(isinstance(value, list)), limits.comment)
+        yield ReferenceRow(key, _plain(value), limits.expected(isinstance(value, list)), limits.comment)
         element = get_args(hints[name])[-1:]
         if isinstance(value, dict) and is_dataclass(element[0]):
             yield from _rows(element[0](), f"{key}.NAME.")  # type: ignore[operator]  # its class
@@ -136,7 +136,7 @@ def _plain(value: Any) -> str:
     return text.removesuffix("...\n").strip()
 
 
-def _markdown(rows: Iterable[Row]) -> str:
+def _markdown(rows: Iterable[ReferenceRow]) -> str:
     lines = ["| Key | Default | Values | |", "|---|---|---|---|"]
     for row in rows:
         default = f"`{row.default}`" if row.default is not None else ""

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.arm.simulate import simulate
-from vision_s2r.joint import Nominal, pack
+from vision_s2r.joint import NominalJoint, pack
 from vision_s2r.joint import simulate as one_joint
 
 T = np.arange(300) * 0.01
@@ -69,7 +69,7 @@ def test_a_payload_weighs_on_every_joint_before_it():
 
 
 def test_an_inertia_that_changes_is_integrated():
-    nominal = Nominal(**DRIVE | {"coulomb_friction": 0.0, "command_limit": 100.0})
+    nominal = NominalJoint(**DRIVE | {"coulomb_friction": 0.0, "command_limit": 100.0})
     load = 0.05 + 0.04 * np.sin(7 * T)
     found = one_joint(pack(nominal, {})[None], COMMAND[:1], FIRST[:1], 0.01, load_inertia=load[None])[0, 0]
     state, expected = FIRST[0], [FIRST[0]]

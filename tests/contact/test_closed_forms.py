@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vision_s2r.contact import CONTACT_EFFECTS, Nominal, Terms, box, cylinder, pack, simulate, sphere
+from vision_s2r.contact import CONTACT_EFFECTS, NominalContact, Terms, box, cylinder, pack, simulate, sphere
 from vision_s2r.errors import UserError
 
 G = 9.81
@@ -13,7 +13,7 @@ CUBE = box((0.0524,) * 3)
 
 
 def nominal(friction=0.2, restitution=0.0):
-    return Nominal(mass=0.37, lateral_friction=friction, restitution=restitution, gravity=G)
+    return NominalContact(mass=0.37, lateral_friction=friction, restitution=restitution, gravity=G)
 
 
 def state(position, velocity=(0, 0, 0), spin=(0, 0, 0), attitude=(0, 0, 0, 1)):
@@ -206,6 +206,6 @@ def test_the_same_bits_whatever_the_number_of_threads_and_one_line_for_bad_input
     with pytest.raises(UserError, match="machines are"):
         simulate(machines[:, 1:], CUBE, first, 50, DT)
     with pytest.raises(UserError, match="expected a mass above 0"):
-        pack(Nominal(0.0, 0.1, 0.1), {})
+        pack(NominalContact(0.0, 0.1, 0.1), {})
     with pytest.raises(UserError, match="did you mean 'restitution'"):
         pack(nominal(), {"restitutoin": {"value": 0.1}})

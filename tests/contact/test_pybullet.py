@@ -8,9 +8,9 @@ import numpy as np
 import pybullet
 import pytest
 
-from vision_s2r.contact import Nominal, benchmark, box, cylinder, pack, simulate, sphere
+from vision_s2r.contact import NominalContact, benchmark, box, cylinder, pack, simulate, sphere
 
-BODY = Nominal(benchmark.BODY.mass, benchmark.BODY.lateral_friction, 0.0)
+BODY = NominalContact(benchmark.BODY.mass, benchmark.BODY.lateral_friction, 0.0)
 STEP, EVERY, SAMPLES = 1e-4, 50, 41  # s; steps a sample, samples
 SHAPES = {"cube": box((0.0524,) * 3), "ball": sphere(0.05), "cylinder": cylinder(0.04, 0.08)}
 

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from vision_s2r.control import Drawn, Given, OpenLoop, SpeedTracking, benchmark, track
+from vision_s2r.control import DrawnMachines, Given, OpenLoop, SpeedTracking, benchmark, track
 from vision_s2r.control.config import ControlTaskConfig, JointConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box
 
-NOMINAL = Nominal(**vars(JointConfig()))
+NOMINAL = NominalJoint(**vars(JointConfig()))
 TRUTH = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}}
 BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "observation_noise": {"sigma": [0.0, 0.1]}}, CONTROL_EFFECTS)
 
@@ -32,7 +32,7 @@ def test_the_open_loop_inverse_of_the_wrong_simulator_is_37_percent_short_in_rea
     assert wrong.act(np.array([[5.0 / task.highest, 0.0]], np.float32))[0, 0] * task.max_current == pytest.approx(1.04)
     errors = track(wrong, task, NOMINAL, Given(TRUTH), np.array([[5.0]]))
     assert errors[0, 0] == pytest.approx(3.1333 / 5 - 1, abs=1e-4)
-    right = OpenLoop(Nominal(0.5, 0.02, 0.15, 0.05), task)
+    right = OpenLoop(NominalJoint(0.5, 0.02, 0.15, 0.05), task)
     assert abs(track(right, task, NOMINAL, Given(TRUTH), np.array([[5.0, -2.0]]))).max() < 1e-6
 
 
@@ -48,7 +48,7 @@ def test_what_is_seen_is_the_target_the_speed_and_the_past():
 
 
 def test_an_episode_ends_with_what_was_left_of_each_target_and_the_next_has_other_machines():
-    env = environment(count=64, machines=Drawn(BOX), targets=3, hold=0.2)
+    env = environment(count=64, machines=DrawnMachines(BOX), targets=3, hold=0.2)
     seen, _ = env.reset(seed=1)
     for _ in range(60):
         seen, reward, terminated, truncated, info = env.step(np.full((64, 1), 0.3))
@@ -64,7 +64,7 @@ def test_an_episode_ends_with_what_was_left_of_each_target_and_the_next_has_othe
 def test_the_same_seed_gives_the_same_episodes():
     runs = []
     for _ in range(2):
-        env = environment(count=8, machines=Drawn(BOX))
+        env = environment(count=8, machines=DrawnMachines(BOX))
         env.reset(seed=7)
         runs.append([env.step(np.full((8, 1), 0.2))[0] for _ in range(50)])
     np.testing.assert_array_equal(runs[0], runs[1])

@@ -8,7 +8,7 @@ import pytest
 from safetensors.torch import load_file
 
 from vision_s2r.cli import compose
-from vision_s2r.control import AdrRanges, Drawn, Given, Policy, track, train, training
+from vision_s2r.control import AdrRanges, DrawnMachines, Given, Policy, track, train, training
 from vision_s2r.control.ablate import ablate
 from vision_s2r.control.adr import adr, adr_ranges, automatic
 from vision_s2r.control.config import ControlConfig, ControlTaskConfig, ControlTrainingConfig, JointConfig
@@ -16,10 +16,10 @@ from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.follow import follow
 from vision_s2r.control.training_jobs import box_of, drawn
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box, Posterior
 
-NOMINAL = Nominal(**vars(JointConfig()))
+NOMINAL = NominalJoint(**vars(JointConfig()))
 BOX = Box.of({"viscous_damping": {"value": [0.08, 0.2]}, "coulomb_friction": {"value": [0.01, 0.06]}}, CONTROL_EFFECTS)
 SHORT = ControlTaskConfig(targets=5, hold=0.2)
 LITTLE = ControlTrainingConfig(envs=16, steps=4800, rollout=50, batch=400, epochs=2)
@@ -31,7 +31,7 @@ def debug(out, *overrides):
 
 def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
     task, hold = ControlTaskConfig(), ControlTrainingConfig(envs=64, steps=250_000, batch=1000)
-    policy = Policy.load(train(task, NOMINAL, Drawn(BOX), 4, hold, tmp_path, 0), task)
+    policy = Policy.load(train(task, NOMINAL, DrawnMachines(BOX), 4, hold, tmp_path, 0), task)
     truth = {"viscous_damping": {"value": np.array([0.15, 0.08, 0.2])}, "coulomb_friction": {"value": 0.05}}
     errors = track(policy, task, NOMINAL, Given(truth), np.tile([[5.0, -3.0, 8.0]], (3, 1)))
     assert abs(errors).max() < 0.15  # of the open-loop inverse it is 0.37 and more
@@ -43,7 +43,7 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(tmp_path, monkey
     cfg = debug(tmp_path)
 
     def machines():
-        return Drawn(BOX) if kind == "drawn" else adr_ranges(cfg, 0)
+        return DrawnMachines(BOX) if kind == "drawn" else adr_ranges(cfg, 0)
 
     whole = train(SHORT, NOMINAL, machines(), 2, LITTLE, tmp_path / "whole", 0)
     steps = iter(range(1000))
@@ -83,15 +83,17 @@ def test_ranges_widen_while_the_policy_reaches_its_targets_and_shrink_back_when_
 
 def test_a_training_with_other_settings_is_not_taken_for_this_one(tmp_path):
     little = ControlTrainingConfig(**{**vars(LITTLE), "steps": 800})
-    train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0)
-    assert train(SHORT, NOMINAL, Drawn(BOX), 2, little, tmp_path, 0).exists()
+    train(SHORT, NOMINAL, DrawnMachines(BOX), 2, little, tmp_path, 0)
+    assert train(SHORT, NOMINAL, DrawnMachines(BOX), 2, little, tmp_path, 0).exists()
     other = Box.of({"viscous_damping": {"value": [0.05, 0.3]}}, CONTROL_EFFECTS)
     with pytest.raises(UserError, match=r"holds a training with other settings \(machines\), expected another out="):
-        train(SHORT, NOMINAL, Drawn(other), 2, little, tmp_path, 0)
+        train(SHORT, NOMINAL, DrawnMachines(other), 2, little, tmp_path, 0)
 
 
 def test_a_policy_file_that_does_not_fit_is_said_in_one_line(tmp_path):
-    path = train(SHORT, NOMINAL, Drawn(BOX), 2, ControlTrainingConfig(**{**vars(LITTLE), "steps": 800}), tmp_path, 0)
+    path = train(
+        SHORT, NOMINAL, DrawnMachines(BOX), 2, ControlTrainingConfig(**{**vars(LITTLE), "steps": 800}), tmp_path, 0
+    )
     with pytest.raises(UserError, match=r"policy.safetensors: made for task.highest=8.0, expected 9"):
         Policy.load(path, ControlTaskConfig(highest=9.0))
     broken = tmp_path / "broken.safetensors"

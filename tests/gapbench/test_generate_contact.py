@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from vision_s2r.contact import Nominal, box, pack, simulate
+from vision_s2r.contact import NominalContact, box, pack, simulate
 from vision_s2r.contact.benchmark import toss
 from vision_s2r.gapbench.generate import contact
-from vision_s2r.gapbench.generate.body import FINE, Body, move
+from vision_s2r.gapbench.generate.body import FINE, TossedBody, move
 from vision_s2r.recording import read
 
 CUBE = box((0.05, 0.05, 0.05))
@@ -28,11 +28,11 @@ CUBE = box((0.05, 0.05, 0.05))
 )
 def test_two_integrators_that_share_no_code_move_bodies_alike(fields, effects):
     first, samples, step = toss(5, 4), 50, 0.006
-    body = Body(0.37, 0.4, 0.2)._replace(**fields)
+    body = TossedBody(0.37, 0.4, 0.2)._replace(**fields)
     theirs = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, samples, step, FINE) for row in first])
-    machine = pack(Nominal(0.37, 0.4, 0.2), effects)[None]
+    machine = pack(NominalContact(0.37, 0.4, 0.2), effects)[None]
     ours = simulate(machine, CUBE, first, samples, step, substeps=20)[0]
-    bare = simulate(pack(Nominal(0.37, 0.4, 0.2), {})[None], CUBE, first, samples, step, substeps=20)[0]
+    bare = simulate(pack(NominalContact(0.37, 0.4, 0.2), {})[None], CUBE, first, samples, step, substeps=20)[0]
     error, without = (np.median(np.linalg.norm((x - theirs)[:, -1, :3], axis=-1)) for x in (ours, bare))
     assert error < 2e-3 and (not effects or without > 1.5 * error)
 
@@ -42,9 +42,9 @@ def test_torques_of_an_impact_leave_newtons_law_at_the_point_that_hits():
     lowest = min(attitude.apply(CUBE.points), key=lambda point: point[2])
     first = np.concatenate([[0, 0, 5e-5 - lowest[2]], attitude.as_quat(), [0.6, -0.3, -1.5], [4, -3, 5]])
     effects = {"rolling_friction": {"value": 0.01}, "spinning_friction": {"value": 0.01}}
-    body = Body(0.37, 0.4, 0.2, 1e-9, rolling=0.01, spinning=0.01)
+    body = TossedBody(0.37, 0.4, 0.2, 1e-9, rolling=0.01, spinning=0.01)
     theirs = move(body, CUBE.points, 0.0, CUBE.inertia, first, 4, FINE, FINE)[-1]
-    ours = simulate(pack(Nominal(0.37, 0.4, 0.2, 1e-9), effects)[None], CUBE, first[None], 4, FINE)[0, 0, -1]
+    ours = simulate(pack(NominalContact(0.37, 0.4, 0.2, 1e-9), effects)[None], CUBE, first[None], 4, FINE)[0, 0, -1]
     approach = (first[7:10] + np.cross(first[10:], lowest))[2]
     for after in (ours, theirs):
         assert (after[7:10] + np.cross(after[10:], lowest))[2] == pytest.approx(-0.2 * approach, rel=0.03)

@@ -12,7 +12,7 @@ from vision_s2r.gapbench.generate import excitation, joint, truth
 from vision_s2r.gapbench.generate.drive import DriveModel, run, step_of
 from vision_s2r.gapbench.generate.library import LIBRARY
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 
 NOMINAL = DriveModel(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
 SEVERE = {
@@ -66,7 +66,7 @@ def test_it_shares_nothing_with_the_project() -> None:
 def test_two_implementations_of_an_effect_agree(name: str) -> None:
     first = np.zeros((3, 2))
     ours = truth.replay(of(name), commands(), first)
-    nominal = Nominal(**{key: getattr(NOMINAL, key) for key in joint.MODELLED})
+    nominal = NominalJoint(**{key: getattr(NOMINAL, key) for key in joint.MODELLED})
     theirs = simulate(pack(nominal, {name: SEVERE[name]})[None], commands(), first, 0.01)[0]
     without = truth.replay(NOMINAL, commands(), first)
     moved = np.sqrt(np.mean((ours - without)[..., 1] ** 2))

@@ -10,7 +10,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.errors import UserError
 from vision_s2r.hardware import study as hardware
 from vision_s2r.hardware.config import HardwareConfig
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.recording.write import write
 
@@ -21,7 +21,7 @@ def log(seed):
     """Three episodes of an axis with twice the damping that it is believed to have."""
     rng = np.random.default_rng(seed)
     command = np.repeat(rng.uniform(-1, 1, (3, 12)), 10, axis=1)
-    machine = pack(Nominal(**NOMINAL), {"viscous_damping": {"value": 0.2}})[None]
+    machine = pack(NominalJoint(**NOMINAL), {"viscous_damping": {"value": 0.2}})[None]
     states = simulate(machine, command, np.zeros((3, 2)), 0.01)[0]
     position, velocity = (states[..., k] + 1e-3 * rng.standard_normal(command.shape) for k in (0, 1))
     return JointRecording(NOMINAL, 0.01, "rotary", command, position, velocity, np.full(3, 120), (0, 1, 2))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.recordings import NOMINAL
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording
 
 
@@ -21,7 +21,7 @@ def a_log(
 ) -> JointRecording:
     """What sensors of this noise (rad, rad/s) show of the nominal joint with these effects, 100 times a second."""
     command = steps() if command is None else command
-    states = simulate(pack(Nominal(**NOMINAL), effects)[None], command, np.zeros((len(command), 2)), 0.01)[0]
+    states = simulate(pack(NominalJoint(**NOMINAL), effects)[None], command, np.zeros((len(command), 2)), 0.01)[0]
     states = states + np.random.default_rng(seed).normal(size=states.shape) * noise
     return JointRecording(
         nominal=NOMINAL,

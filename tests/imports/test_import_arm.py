@@ -8,7 +8,7 @@ from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.errors import UserError
 from vision_s2r.imports.arm import place, write_arms
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording import read
 
 SIGN, ZERO = {"shoulder": 1, "elbow": -1}, {"shoulder": 0.0, "elbow": 0.2}
@@ -27,7 +27,7 @@ def the_tables():
     for j, name in enumerate(SIGN):
         rows = {"target": target[:, j], "position": POSITION[:, j]}
         columns = {key: SIGN[name] * (values - ZERO[name]) for key, values in rows.items()}
-        tables.append(Table(f"motion/{name}", {"episode": np.zeros(len(T)), "t": T} | columns, "sts3215"))
+        tables.append(JointTable(f"motion/{name}", {"episode": np.zeros(len(T)), "t": T} | columns, "sts3215"))
     return tables
 
 

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from equations import integrate, sign
 
-from vision_s2r.joint import Nominal, Tables, pack, simulate
+from vision_s2r.joint import NominalJoint, Tables, pack, simulate
 
 K, J, B, F = 0.5, 0.02, 0.1, 0.02
-NOMINAL = Nominal(torque_constant=K, inertia=J, viscous_damping=B, coulomb_friction=F)
-FRICTIONLESS = Nominal(torque_constant=K, inertia=J, viscous_damping=0.0, coulomb_friction=0.0)
+NOMINAL = NominalJoint(torque_constant=K, inertia=J, viscous_damping=B, coulomb_friction=F)
+FRICTIONLESS = NominalJoint(torque_constant=K, inertia=J, viscous_damping=0.0, coulomb_friction=0.0)
 DT = 0.01
 
 

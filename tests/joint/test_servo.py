@@ -9,10 +9,10 @@ import pytest
 from scipy.linalg import expm
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.joint.effects import acceleration_limit, velocity_limit
 
-SERVO = Nominal(
+SERVO = NominalJoint(
     torque_constant=0.9,
     inertia=0.03,
     viscous_damping=0.3,
@@ -22,7 +22,7 @@ SERVO = Nominal(
     proportional_gain=12.0,
     command_limit=3.0,
 )
-FREE = Nominal(1.0, 0.03, 0.3, 0.0, proportional_gain=12.0)
+FREE = NominalJoint(1.0, 0.03, 0.3, 0.0, proportional_gain=12.0)
 FINE = 1e-5  # s, of the reference
 
 
@@ -170,7 +170,7 @@ def test_how_often_a_servo_is_logged_changes_nothing_of_how_it_moves(effects):
 def test_a_torque_held_between_samples_needs_no_clock():
     """The two ways through the simulator: steps ruled by samples, and on a clock of their own."""
     command = np.repeat(np.random.default_rng(3).uniform(-1.5, 1.5, 15), 20)
-    nominal = Nominal(0.5, 0.02, 0.1, 0.02, gravity_torque=0.1)
+    nominal = NominalJoint(0.5, 0.02, 0.1, 0.02, gravity_torque=0.1)
     for effects in ({"backlash": {"width": 0.03}}, {"compliance": {"stiffness": 5.0, "damping": 0.01}}, {}):
         machine = pack(nominal, effects)[None]
         ruled = simulate(machine, command[None], np.zeros((1, 2)), 0.01)[0, 0]
@@ -214,7 +214,7 @@ def test_a_profile_is_exact_whatever_its_steps():
 
 
 def test_what_cannot_be_a_servo_is_said_in_one_line():
-    times, plain = np.arange(20) * 0.02, Nominal(0.5, 0.02, 0.1, 0.02)
+    times, plain = np.arange(20) * 0.02, NominalJoint(0.5, 0.02, 0.1, 0.02)
     with pytest.raises(UserError, match="deadband is of a position servo"):
         pack(plain, {"deadband": {"width": 0.1}})
     both = np.stack([pack(plain, {}), pack(SERVO, {})])

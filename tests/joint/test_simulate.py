@@ -10,9 +10,9 @@ import yaml
 from recordings import EMPS, EXAMPLES, needs_emps
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint import COLUMNS, DYNAMICS, JOINT_EFFECTS, Nominal, Tables, benchmark, pack, simulate
+from vision_s2r.joint import COLUMNS, DYNAMICS, JOINT_EFFECTS, NominalJoint, Tables, benchmark, pack, simulate
 
-NOMINAL = Nominal(0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02, gravity_torque=0.05)
+NOMINAL = NominalJoint(0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02, gravity_torque=0.05)
 EFFECTS = [effect for effect in JOINT_EFFECTS if not effect.servo]
 DT = 0.01
 
@@ -119,7 +119,7 @@ def test_bad_input_is_one_line():
     with pytest.raises(UserError, match="width is -1"):
         pack(NOMINAL, {"backlash": {"width": -1.0}})
     with pytest.raises(UserError, match="inertia"):
-        pack(Nominal(0.5, 0.0, 0.1, 0.02), {})
+        pack(NominalJoint(0.5, 0.0, 0.1, 0.02), {})
     for broken in (machine[:, :-1], machine[0]):
         with pytest.raises(UserError, match="machines are"):
             simulate(broken, command, first, DT)
@@ -160,7 +160,7 @@ def test_recordings_made_elsewhere_are_reproduced_to_their_noise(name):
     recording = yaml.safe_load((folder / "recording.yaml").read_text())
     effects = json.loads((folder / "answer.json").read_text())["effects"]
     rows = np.loadtxt(folder / "joint.csv", delimiter=",", skiprows=1).reshape(5, -1, 5)
-    machine = pack(Nominal(**recording["nominal"]), effects)[None]
+    machine = pack(NominalJoint(**recording["nominal"]), effects)[None]
     states = simulate(machine, rows[..., 2], np.zeros((5, 2)), recording["sample_time"])[0]
     error = np.abs(states - rows[..., 3:])
     assert np.median(error[..., 0]) < 6e-4 and np.median(error[..., 1]) < 4e-3
@@ -176,6 +176,6 @@ def test_a_real_axis_moves_as_its_published_model_says(name):
     rows = np.loadtxt(folder / "joint.csv", delimiter=",", skiprows=1)
     force, position = rows[:, 2], rows[:, 3]
     first = np.array([[position[0], 0.0]])
-    machine = pack(Nominal(**recording["nominal"]), {})[None]
+    machine = pack(NominalJoint(**recording["nominal"]), {})[None]
     states = simulate(machine, force[None], first, recording["sample_time"])[0, 0]
     assert len(states) > 24000 and np.sqrt(np.mean((states[:, 0] - position) ** 2)) < 0.05 * np.ptp(position)

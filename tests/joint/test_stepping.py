@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint import JOINT_EFFECTS, Joints, Nominal, pack, simulate
+from vision_s2r.joint import JOINT_EFFECTS, Joints, NominalJoint, pack, simulate
 
-NOMINAL = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
+NOMINAL = NominalJoint(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
 EFFECTS = [effect for effect in JOINT_EFFECTS if not effect.servo]
 DT = 0.01
 

@@ -11,7 +11,7 @@ from effects_to_draw import EFFECTS
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters, load_config
 from vision_s2r.errors import UserError
-from vision_s2r.joint import JOINT_EFFECTS, Nominal, pack
+from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, pack
 from vision_s2r.randomize import Box, Posterior, load_distribution, sample_at
 
 BOX = Box.of(
@@ -51,7 +51,7 @@ def test_draws_serve_cameras_and_joints() -> None:
     box = Box.of({"inertia": {"probability": 0.5, "value": [0.02, 0.04]}}, JOINT_EFFECTS, nominal)
     inertia = box.sample(200, np.random.default_rng(0))["inertia"]["value"]
     assert (inertia == 0.02).sum() == pytest.approx(100, abs=25)
-    assert pack(Nominal(0.5, 0.02, 0.1, 0.02), {"inertia": {"value": float(inertia[0])}})[1] == inertia[0]
+    assert pack(NominalJoint(0.5, 0.02, 0.1, 0.02), {"inertia": {"value": float(inertia[0])}})[1] == inertia[0]
 
 
 def test_an_effect_without_any_value_to_be_off_at_must_be_on() -> None:

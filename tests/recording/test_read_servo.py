@@ -7,7 +7,7 @@ import pytest
 from recordings import NOMINAL, a_joint
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording, read, split, write
 
 LAW = {"proportional_gain": 11.6, "derivative_gain": 0.1, "command_limit": 7.4}
@@ -23,7 +23,7 @@ def a_servo(lag=0.0, resolution=0.0015, rate=50.0):
     )
     supply = 1 - 0.1 * rng.random(t.shape)
     nominal = NOMINAL | {"torque_constant": 1.0, "gravity_torque": 0.3, "position_offset": 0.1} | LAW
-    machine = pack(Nominal(**nominal), {})[None]
+    machine = pack(NominalJoint(**nominal), {})[None]
     fine = np.concatenate([t, t - lag], axis=1)
     states = simulate(machine, target, np.zeros((3, 2)), 1 / rate, times=t, scale=supply)[0]
     late = [np.interp(fine[k, t.shape[1] :], t[k], states[k, :, 1]) for k in range(3)]
@@ -77,7 +77,7 @@ def test_a_filtered_speed_is_left_out_even_where_rows_are_even(tmp_path):
 def a_swing(torque):
     """A joint that swings to and fro under this torque [T], from its positions."""
     states = simulate(
-        pack(Nominal(**NOMINAL | {"torque_constant": 1.0}), {})[None], torque[None], np.zeros((1, 2)), 0.01
+        pack(NominalJoint(**NOMINAL | {"torque_constant": 1.0}), {})[None], torque[None], np.zeros((1, 2)), 0.01
     )
     parts = {
         "command": torque[None],
@@ -103,7 +103,7 @@ def test_currents_without_a_sign_and_goals_are_no_torques(tmp_path):
 def test_a_torque_against_a_weight_may_keep_its_sign(tmp_path):
     nominal = NOMINAL | {"torque_constant": 1.0, "gravity_torque": 0.5}
     torque = (0.3 + 0.15 * np.sin(np.arange(800) * 0.04))[None]
-    states = simulate(pack(Nominal(**nominal), {})[None], torque, np.array([[0.6, 0.0]]), 0.01)[0]
+    states = simulate(pack(NominalJoint(**nominal), {})[None], torque, np.array([[0.6, 0.0]]), 0.01)[0]
     parts = {"command": torque, "position": states[..., 0], "velocity": None, "lengths": np.array([800])}
     read(write(dataclasses.replace(a_joint(), **parts, nominal=nominal, episodes=(0,)), tmp_path / "out"))
 

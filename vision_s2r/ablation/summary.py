@@ -32,7 +32,7 @@ METRICS = {
 
 
 @dataclass(frozen=True)
-class Row:
+class SummaryRow:
     """One measure of one variant, and its difference from the reference's (None: of the reference itself)."""
 
     variant: str
@@ -73,7 +73,7 @@ class AblationSummary:
         return None if name == variant else name
 
     @cached_property
-    def rows(self) -> dict[tuple[str, str], Row]:
+    def rows(self) -> dict[tuple[str, str], SummaryRow]:
         """By variant and measure; no row for a metric that a variant does not have."""
         found = {}
         for variant in self.variants:
@@ -85,10 +85,10 @@ class AblationSummary:
                     found[variant, metric] = self._metric(variant, metric)
         return found
 
-    def _success(self, variant: str, measure: str, camera: str | None) -> Row:
+    def _success(self, variant: str, measure: str, camera: str | None) -> SummaryRow:
         ours, reference = self._outcomes(variant, camera), self.reference(variant)
         change = self._bootstrap.difference(ours, self._outcomes(reference, camera)) if reference else None
-        return Row(variant, measure, self._bootstrap.success(ours), change)
+        return SummaryRow(variant, measure, self._bootstrap.success(ours), change)
 
     def _outcomes(self, variant: str, camera: str | None) -> np.ndarray:
         """[S, N]: success in each scene, of all cameras their mean, so that a scene stays one unit of chance."""
@@ -97,11 +97,11 @@ class AblationSummary:
             [np.mean([result.success[name] for name in cameras], axis=0) for result in self.results[variant]]
         )
 
-    def _metric(self, variant: str, metric: str) -> Row:
+    def _metric(self, variant: str, metric: str) -> SummaryRow:
         ours, reference = self._metrics(variant, metric), self.reference(variant)
         theirs = self._metrics(reference, metric) if reference else None
         change = over_trainings(ours - theirs) if theirs is not None and len(theirs) else None
-        return Row(variant, metric, over_trainings(ours), change)
+        return SummaryRow(variant, metric, over_trainings(ours), change)
 
     def _metrics(self, variant: str, metric: str) -> np.ndarray:
         """[S], or nothing where the variant has no such metric."""

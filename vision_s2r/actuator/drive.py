@@ -16,7 +16,7 @@ import torch
 from vision_s2r.actuator.config import DriveConfig
 from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.errors import UserError
-from vision_s2r.joint import COLUMNS, Joints, Nominal, pack
+from vision_s2r.joint import COLUMNS, Joints, NominalJoint, pack
 
 LOAD = 0.5  # of the joint's inertia
 _INERTIA, _BIAS = COLUMNS.index("inertia"), COLUMNS.index("bias_torque")
@@ -123,9 +123,9 @@ class NetworkDrive(Drive):
         self._state[:, 1] += gained
 
 
-def nominal(cfg: DriveConfig) -> Nominal:
+def nominal(cfg: DriveConfig) -> NominalJoint:
     """The joint as the simulator knows it, commanded in N·m."""
-    return Nominal(
+    return NominalJoint(
         torque_constant=1.0,
         inertia=cfg.inertia,
         viscous_damping=cfg.viscous_damping,

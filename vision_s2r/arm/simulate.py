@@ -16,7 +16,7 @@ _INERTIA, _GAIN = COLUMNS.index("inertia"), COLUMNS.index("proportional_gain")
 
 
 @dataclass(frozen=True)
-class Run:
+class ArmRun:
     """One episode of an arm."""
 
     states: np.ndarray  # [J, T, 2] positions and velocities (rad, rad/s, or m, m/s) that the encoders show
@@ -30,7 +30,7 @@ def simulate(
     first: np.ndarray,
     times: np.ndarray,
     step: float | None = None,
-) -> Run:
+) -> ArmRun:
     """Run all joints of an arm over one episode.
 
     machines [J, P]   rows of `vision_s2r.joint.pack`, whose inertia is the rotor's
@@ -68,7 +68,7 @@ def simulate(
         if not np.isfinite(states).all():
             break
     sweep.show(machines, float(np.median(np.diff(times))), times, out)
-    return Run(out, _filled(load, steps))
+    return ArmRun(out, _filled(load, steps))
 
 
 def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:

@@ -18,7 +18,7 @@ from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import glides, needs_velocity
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
-from vision_s2r.joint.machine import COLUMNS, Machine, of_inertia
+from vision_s2r.joint.machine import COLUMNS, JointMachine, of_inertia
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
 from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.simulation import digest
@@ -55,7 +55,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         sources  # noqa: B018
         none = np.empty(0)
         for j in range(len(machines)):
-            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
             position, velocity = first[j, 0], first[j, 1]
             if machine.backlash_width == 0 and not sprung(machine):
                 _, _, weight, other = one_mass_start(machine, tables, none, position, velocity)
@@ -90,7 +90,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         responses = np.empty((joints, *RESPONSES))
         given = np.empty((joints, 5))
         for j in range(joints):
-            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
             log = _log(command[j], first[j], step, times)
             cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1])
             acting, cursor = inputs_of(machine, log, cursor, time, step)
@@ -102,7 +102,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         for _ in range(SWEEPS):
             change = 0.0
             for j in range(joints):
-                machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+                machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
                 machine = of_inertia(machine, machine.inertia + mass[j, j])
                 load = mass[j, j] * rates[j] - bias[j]
                 for k in range(joints):
@@ -145,7 +145,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         """What encoders show of the states in `out` [J, T, 2]."""
         sources  # noqa: B018
         for j in range(len(machines)):
-            machine = Machine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
             if machine.encoder_quantization_resolution > 0:
                 quantize(out[j], machine.encoder_quantization_resolution, sample_time, times)
 

@@ -13,7 +13,7 @@ from vision_s2r.close_gap.config import SOURCES, CloseGapConfig
 from vision_s2r.gapbench.generate import camera_effects as studio
 from vision_s2r.gapbench.generate import contact as tossing
 from vision_s2r.gapbench.generate.base import Answer
-from vision_s2r.gapbench.generate.body import Body
+from vision_s2r.gapbench.generate.body import TossedBody
 from vision_s2r.gapbench.generate.drive import DriveModel, PositionLoop, run
 from vision_s2r.recording import CameraRecording, JointRecording, write
 from vision_s2r.recording.header import FORMAT
@@ -182,7 +182,7 @@ def _toss(scene: SceneConfig, tosses: int, friction: float, rng: np.random.Gener
     half = np.array(PLATE)
     points = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
     physics = scene.physics
-    nominal = Body(physics.object_mass, physics.object_friction * physics.finger_friction, 0.0)
+    nominal = TossedBody(physics.object_mass, physics.object_friction * physics.finger_friction, 0.0)
     setting = tossing.Setting(
         nominal=nominal,
         shape={"shape": "box", "half_extents": list(PLATE)},

@@ -7,7 +7,7 @@ depends on the direction of sliding.
 """
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
-from vision_s2r.contact.machine import COEFFICIENTS, COLUMNS, Nominal, column_of, pack
+from vision_s2r.contact.machine import COEFFICIENTS, COLUMNS, NominalContact, column_of, pack
 from vision_s2r.contact.shape import Shape, box, cylinder, mesh, sphere
 from vision_s2r.contact.simulate import simulate
 from vision_s2r.contact.terms import Terms
@@ -17,7 +17,7 @@ __all__ = [
     "COLUMNS",
     "CONTACT_EFFECTS",
     "ContactEffect",
-    "Nominal",
+    "NominalContact",
     "Shape",
     "Terms",
     "box",

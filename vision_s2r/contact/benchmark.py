@@ -14,11 +14,11 @@ from rich.progress import track
 from rich.table import Table
 
 from vision_s2r.bullet import pybullet
-from vision_s2r.contact.machine import Nominal, pack
+from vision_s2r.contact.machine import NominalContact, pack
 from vision_s2r.contact.shape import Shape, box, cylinder, sphere
 from vision_s2r.contact.simulate import STATE, simulate
 
-BODY = Nominal(mass=0.37, lateral_friction=0.2, restitution=0.15)
+BODY = NominalContact(mass=0.37, lateral_friction=0.2, restitution=0.15)
 SAMPLE_TIME, SUBSTEPS, SAMPLES = 0.0068, 5, 104
 TOSSES, MACHINES = 24, 4
 ROUNDS = 9

@@ -12,7 +12,7 @@ from vision_s2r.contact.effects.contact_compliance import spring_impulse
 from vision_s2r.contact.effects.lateral_friction import in_cone
 from vision_s2r.contact.effects.rolling_friction import rolling_limit
 from vision_s2r.contact.effects.spinning_friction import spinning_limit
-from vision_s2r.contact.machine import Machine
+from vision_s2r.contact.machine import ContactMachine
 from vision_s2r.contact.vectors import Matrix, Vector, moved, times
 from vision_s2r.joint.compiled import compiled
 
@@ -61,8 +61,8 @@ def _spun(spin: Vector, impulse: float, touch: np.ndarray, n: int, axis: int) ->
 
 @compiled
 def solve(
-    machine: Machine, tensor: Matrix, points: np.ndarray, touch: np.ndarray, count: int, velocity: Vector, spin: Vector,
-    spring: bool, step: float,
+    machine: ContactMachine, tensor: Matrix, points: np.ndarray, touch: np.ndarray, count: int, velocity: Vector,
+    spin: Vector, spring: bool, step: float,
 ) -> tuple[Vector, Vector]:  # fmt: skip
     """Velocity and spin after the impulses of `count` points, which `points` suggests and then holds."""
     stiffness = machine.contact_compliance_stiffness / machine.mass

@@ -14,7 +14,7 @@ from vision_s2r.errors import UserError
 
 
 @dataclass(frozen=True)
-class Nominal:
+class NominalContact:
     """The nominal simulator: a rigid body on a rigid plane, Newton's restitution, Coulomb's cone. SI units."""
 
     mass: float
@@ -37,9 +37,9 @@ INDEX = {column: k for k, column in enumerate(COLUMNS)}
 
 # The same as fields, for the compiled code: machine.support_tilt_roll.
 if TYPE_CHECKING:
-    Machine = Any
+    ContactMachine = Any
 else:
-    Machine = namedtuple("Machine", [column.replace(".", "_") for column in COLUMNS])
+    ContactMachine = namedtuple("ContactMachine", [column.replace(".", "_") for column in COLUMNS])
 
 
 def column_of(effect: str, parameter: str) -> int:
@@ -47,7 +47,7 @@ def column_of(effect: str, parameter: str) -> int:
     return INDEX[effect if effect in COEFFICIENTS else f"{effect}.{parameter}"]
 
 
-def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndarray:
+def pack(nominal: NominalContact, values: Mapping[str, Mapping[str, float]]) -> np.ndarray:
     """The row [P] float64, laid out as COLUMNS, of a machine with these effects (by name, parameters by name).
 
     Raises UserError for a name that is not known, or a value out of bounds.

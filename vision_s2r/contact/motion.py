@@ -23,7 +23,7 @@ from vision_s2r.contact.impulses import (
     add_point,
     solve,
 )
-from vision_s2r.contact.machine import Machine
+from vision_s2r.contact.machine import ContactMachine
 from vision_s2r.contact.points import Body, arm, heights
 from vision_s2r.contact.terms import acceleration, directed
 from vision_s2r.contact.vectors import Matrix, Quaternion, Vector, carried, cross, matrix, moved, times, turned
@@ -39,7 +39,7 @@ State = tuple[Vector, Quaternion, Vector, Vector]  # of the centre of mass: posi
 
 
 @compiled
-def pieces(machine: Machine, step: float) -> int:
+def pieces(machine: ContactMachine, step: float) -> int:
     """Into how many pieces a step in touch is divided for a contact's spring."""
     if machine.contact_compliance_stiffness == math.inf:
         return 1
@@ -54,7 +54,7 @@ def _point_speed(velocity: Vector, spin: Vector, at: Vector) -> float:
 
 @compiled
 def _add_point(
-    machine: Machine, terms: np.ndarray, coefficients: np.ndarray, touch: np.ndarray, count: int, k: int,
+    machine: ContactMachine, terms: np.ndarray, coefficients: np.ndarray, touch: np.ndarray, count: int, k: int,
     at: Vector, velocity: Vector, spin: Vector, target: float, tensor: Matrix,
 ) -> None:  # fmt: skip
     add_point(touch, count, k, at, tensor)
@@ -67,9 +67,9 @@ def _add_point(
 
 @compiled
 def _kicked(
-    machine: Machine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray, gravity: Vector,
-    state: State, time: float, step: float, far: bool, settling: bool, tolerance: float, points: np.ndarray,
-    touch: np.ndarray,
+    machine: ContactMachine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray,
+    gravity: Vector, state: State, time: float, step: float, far: bool, settling: bool, tolerance: float,
+    points: np.ndarray, touch: np.ndarray,
 ) -> tuple[Vector, Vector]:  # fmt: skip
     """Velocity and spin after the forces of a step and the impulses of points in touch, in its middle.
 
@@ -139,8 +139,9 @@ def _first_hit(points: np.ndarray, tolerance: float, spring: bool) -> float:
 
 @compiled
 def run(
-    machine: Machine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray, first: np.ndarray,
-    start: float, sample_time: float, substeps: int, points: np.ndarray, touch: np.ndarray, out: np.ndarray,
+    machine: ContactMachine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray,
+    first: np.ndarray, start: float, sample_time: float, substeps: int, points: np.ndarray, touch: np.ndarray,
+    out: np.ndarray,
 ) -> None:  # fmt: skip
     """The motion from a state [13] at the time `start`, into `out` [T, 13]; both of the centre of the shape."""
     state = _read(body, first)

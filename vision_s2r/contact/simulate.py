@@ -13,7 +13,7 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.contact.impulses import POINTS_WIDTH, TOUCH_WIDTH
-from vision_s2r.contact.machine import COLUMNS, Machine
+from vision_s2r.contact.machine import COLUMNS, ContactMachine
 from vision_s2r.contact.motion import run
 from vision_s2r.contact.points import KINDS, Body
 from vision_s2r.contact.shape import Shape
@@ -142,7 +142,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         for job in range(share, len(machines) * windows, shares):
             c, w = divmod(job, windows)
             row = machines[c]
-            machine = Machine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
+            machine = ContactMachine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
             x, y, z = row[_CENTER], row[_CENTER + 1], row[_CENTER + 2]
             rounding = min(machine.corner_radius_value, MOST_ROUND * depth)
             for k in range(len(corners)):

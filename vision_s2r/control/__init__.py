@@ -9,7 +9,7 @@ Stable-Baselines3, `track` runs any controller on any machines. The commands of 
 import gymnasium
 
 from vision_s2r.control.environment import SpeedTracking
-from vision_s2r.control.machines import AdrRanges, Drawn, Given, Machines
+from vision_s2r.control.machines import AdrRanges, DrawnMachines, Given, Machines
 from vision_s2r.control.policy import OpenLoop, Policy
 from vision_s2r.control.single import OneJoint
 from vision_s2r.control.tracking import track
@@ -17,7 +17,7 @@ from vision_s2r.control.training import train
 
 __all__ = [
     "AdrRanges",
-    "Drawn",
+    "DrawnMachines",
     "Given",
     "Machines",
     "OneJoint",

@@ -14,7 +14,7 @@ from vision_s2r import files
 from vision_s2r.control import pictures
 from vision_s2r.control.config import ControlConfig, check
 from vision_s2r.control.effects import CONTROL_EFFECTS
-from vision_s2r.control.machines import AdrRanges, Controller, Drawn, Given, Values
+from vision_s2r.control.machines import AdrRanges, Controller, DrawnMachines, Given, Values
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.realities import targets
 from vision_s2r.control.tracking import track
@@ -66,7 +66,7 @@ def adr(cfg: ControlConfig) -> Path:
     policies = trained_on(training, sources, cfg.seeds, cfg.adr.steps)
     histories = [machines_of(folder(cfg, AUTOMATIC, cfg.seed + k))["history"] for k in range(cfg.seeds)]
     found_ranges = [box_of(cfg, history[-1]["ranges"]) for history in histories]
-    afresh = Source(lambda seed: Drawn(found_ranges[seed - cfg.seed]), cfg.adr.history)
+    afresh = Source(lambda seed: DrawnMachines(found_ranges[seed - cfg.seed]), cfg.adr.history)
     policies |= trained_on(training, {AFRESH: afresh}, cfg.seeds, cfg.adr.steps)
     rows = _table(cfg, policies)
     found = {

@@ -18,8 +18,8 @@ from rich.table import Table
 from vision_s2r.control.config import ControlTaskConfig, JointConfig, held_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.environment import SCALES, SpeedTracking
-from vision_s2r.control.machines import Drawn
-from vision_s2r.joint import Nominal
+from vision_s2r.control.machines import DrawnMachines
+from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box
 
 JOINTS = (1, 256, 4096, 16384)
@@ -91,8 +91,8 @@ def run(seed: int) -> dict[str, float]:
 
 
 def _ours(count: int, effects: dict[str, dict[str, Any]], seed: int) -> Callable[[], float]:
-    machines = Drawn(Box.of(effects, CONTROL_EFFECTS))
-    environment = SpeedTracking(ControlTaskConfig(), Nominal(**vars(JointConfig())), machines, count, seed=seed)
+    machines = DrawnMachines(Box.of(effects, CONTROL_EFFECTS))
+    environment = SpeedTracking(ControlTaskConfig(), NominalJoint(**vars(JointConfig())), machines, count, seed=seed)
     environment.reset(seed=seed)
     actions = np.random.default_rng(seed).uniform(-1, 1, (64, count, 1)).astype(np.float32)
 

@@ -14,7 +14,7 @@ FRICTION: Effects = {"viscous_damping": {"value": [0.08, 0.20]}, "coulomb_fricti
 
 @dataclass
 class JointConfig:
-    """The joint as the simulator believes it to be, as `vision_s2r.joint.Nominal`."""
+    """The joint as the simulator believes it to be, as `vision_s2r.joint.NominalJoint`."""
 
     torque_constant: float = option(0.5, "N·m/A.")
     inertia: float = option(0.02, "kg·m².")

@@ -10,7 +10,7 @@ from gymnasium.vector.utils import batch_space
 from vision_s2r.control.config import ControlTaskConfig, held_samples
 from vision_s2r.control.effects import LOOP_EFFECTS
 from vision_s2r.control.machines import Machines
-from vision_s2r.joint import Joints, Nominal, pack_many
+from vision_s2r.joint import Joints, NominalJoint, pack_many
 
 # Relative errors from which being worse costs nothing more: coarse, fair and fine have a share of the reward each, so
 # that there is always something to gain.
@@ -40,7 +40,13 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}  # noqa: RUF012 (Gymnasium's)
 
     def __init__(
-        self, task: ControlTaskConfig, nominal: Nominal, machines: Machines, count: int, history: int = 0, seed: int = 0
+        self,
+        task: ControlTaskConfig,
+        nominal: NominalJoint,
+        machines: Machines,
+        count: int,
+        history: int = 0,
+        seed: int = 0,
     ) -> None:
         self.task, self.nominal, self.machines, self.history = task, nominal, machines, history
         self.num_envs = count

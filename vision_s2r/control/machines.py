@@ -81,7 +81,7 @@ class Given:
         """Nothing was kept."""
 
 
-class Drawn(Given):
+class DrawnMachines(Given):
     """Machines from ranges or from a posterior, new ones in every episode."""
 
     def __init__(self, distribution: Box | Posterior) -> None:

@@ -11,7 +11,7 @@ from torch import nn
 from vision_s2r.control.config import ControlTaskConfig
 from vision_s2r.control.environment import observation_size
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.training import checkpoint
 
 KIND = "controller"
@@ -22,7 +22,7 @@ class OpenLoop:
 
     history = 0
 
-    def __init__(self, nominal: Nominal, task: ControlTaskConfig) -> None:
+    def __init__(self, nominal: NominalJoint, task: ControlTaskConfig) -> None:
         self.nominal, self.task = nominal, task
 
     def act(self, seen: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 from vision_s2r.control.config import ControlTaskConfig, JointConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Given, Machines
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 
 
 class OneJoint(gymnasium.Env[np.ndarray, np.ndarray]):
@@ -17,11 +17,11 @@ class OneJoint(gymnasium.Env[np.ndarray, np.ndarray]):
     def __init__(
         self,
         task: ControlTaskConfig | None = None,
-        nominal: Nominal | None = None,
+        nominal: NominalJoint | None = None,
         machines: Machines | None = None,
         history: int = 0,
     ) -> None:
-        nominal = nominal or Nominal(**vars(JointConfig()))
+        nominal = nominal or NominalJoint(**vars(JointConfig()))
         self._joint = SpeedTracking(task or ControlTaskConfig(), nominal, machines or Given({}), 1, history)
         self.observation_space = self._joint.single_observation_space
         self.action_space = self._joint.single_action_space

@@ -5,13 +5,13 @@ import numpy as np
 from vision_s2r.control.config import ControlTaskConfig, episode_samples
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Controller, Machines
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 
 
 def track(
     controller: Controller,
     task: ControlTaskConfig,
-    nominal: Nominal,
+    nominal: NominalJoint,
     machines: Machines,
     targets: np.ndarray,
     seed: int = 0,

@@ -18,7 +18,7 @@ from vision_s2r.control.config import ControlTaskConfig, ControlTrainingConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Machines
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.threads import one_thread
 from vision_s2r.training import checkpoint
 
@@ -31,7 +31,7 @@ LEAST_RATE = 0.02  # of the learning rate, at the end: the last bit of accuracy 
 @one_thread()
 def train(
     task: ControlTaskConfig,
-    nominal: Nominal,
+    nominal: NominalJoint,
     machines: Machines,
     history: int,
     training: ControlTrainingConfig,

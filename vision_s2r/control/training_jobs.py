@@ -8,17 +8,17 @@ from vision_s2r import parallel
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.control.config import ControlConfig, PolicyConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
-from vision_s2r.control.machines import Drawn, Machines
+from vision_s2r.control.machines import DrawnMachines, Machines
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.training import train
 from vision_s2r.errors import UserError
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box, Posterior, effect_ranges, load_distribution
 
 
-def nominal_of(cfg: ControlConfig) -> Nominal:
+def nominal_of(cfg: ControlConfig) -> NominalJoint:
     """The joint as the simulator believes it to be."""
-    return Nominal(**vars(cfg.nominal))
+    return NominalJoint(**vars(cfg.nominal))
 
 
 def box_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) -> Box:
@@ -60,7 +60,7 @@ def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
         distribution = load_distribution(Path(policy.distribution), CONTROL_EFFECTS, nominal_values(cfg))
     else:
         distribution = box_of(cfg, policy.effects)
-    return Source(lambda _: Drawn(distribution), policy.history)
+    return Source(lambda _: DrawnMachines(distribution), policy.history)
 
 
 def trained_on(cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, steps: int) -> dict[str, list[Policy]]:

@@ -14,7 +14,7 @@ from vision_s2r import parallel
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import Values
-from vision_s2r.fit.contact.free_run import WINDOW, Run, windowed
+from vision_s2r.fit.contact.free_run import WINDOW, ContactRun, windowed
 from vision_s2r.fit.joint.free_run import fingerprint, free_run, gap_errors, gap_metric, measured
 from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
@@ -155,7 +155,7 @@ def _replay_contact(recording: ContactRecording, effects: Values, out: Path) -> 
         blocks.append(np.stack([*columns, before.angle[k, :length], after.angle[k, :length]], axis=1))
     _write_table(out / "replay.csv", np.concatenate(blocks), CONTACT_COLUMNS)
 
-    def distances(run: Run) -> np.ndarray:
+    def distances(run: ContactRun) -> np.ndarray:
         return np.linalg.norm(run.position - recording.position, axis=-1)
 
     errors = {"before": distances(before), "after": distances(after)}

@@ -15,7 +15,7 @@ EXPERTS = {
 
 
 @dataclass(frozen=True)
-class Machine:
+class MachineRecordings:
     """Recordings of one machine, by what was done."""
 
     name: str
@@ -27,7 +27,7 @@ class Machine:
         return EXPERTS.get(self.name.split("/")[0], "–")
 
 
-def machines(path: Path, imported: Path) -> list[Machine]:
+def machines(path: Path, imported: Path) -> list[MachineRecordings]:
     """All machines of a folder; logs that are none of our recordings are imported into another, once.
 
     Recordings that lie side by side are of one machine, and so are the motions of one joint. Raises UserError where
@@ -48,7 +48,7 @@ def machines(path: Path, imported: Path) -> list[Machine]:
             found.setdefault(_named(folder, path), {})["all logs"] = imported / name
     if not found:
         raise UserError(f"{path}: no logs in it, expected recordings of joints, motions of SAGE or benches of BAM")
-    return [Machine(name, recordings) for name, recordings in sorted(found.items())]
+    return [MachineRecordings(name, recordings) for name, recordings in sorted(found.items())]
 
 
 def _is_joint(folder: Path) -> bool:

@@ -14,7 +14,7 @@ from vision_s2r.fit.case import NOMINAL, Names, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.hardware.config import HardwareConfig, check
-from vision_s2r.hardware.machines import Machine, machines
+from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.tables import friction_table, table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
@@ -57,7 +57,7 @@ def study(cfg: HardwareConfig) -> list[Path]:
     return _tables(found, out)
 
 
-def _tables(found: list[Machine], out: Path) -> list[Path]:
+def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     experts = {machine.name: machine.expert for machine in found}
     files = sorted(each for each in out.glob("reports/**/measured.json"))
     done = {each.parent: measured for each in files if (measured := _read(each))["machine"] in experts}
@@ -80,7 +80,7 @@ def _write(path: Path, content: dict[str, Any]) -> None:
     write(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
-def _measured(machine: Machine, motion: str, folder: Path, jobs: int) -> dict[str, Any]:
+def _measured(machine: MachineRecordings, motion: str, folder: Path, jobs: int) -> dict[str, Any]:
     """The diagnosis of one recording, and errors on the others."""
     recording = read(machine.recordings[motion])
     assert isinstance(recording, JointRecording)

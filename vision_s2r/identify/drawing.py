@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vision_s2r.joint import Nominal
+from vision_s2r.joint import NominalJoint
 from vision_s2r.report.drawing import AFTER, BEFORE, FLOOR, INK, canvas, plain, png
 
 
@@ -27,8 +27,8 @@ def correlations(labels: Sequence[str], matrix: np.ndarray) -> Figure:
 
 
 def two_lines(
-    simulator: Nominal,
-    reality: Nominal,
+    simulator: NominalJoint,
+    reality: NominalJoint,
     states: tuple[Sequence[float], Sequence[float]],
     target: float,
     responses: Mapping[str, np.ndarray],
@@ -55,7 +55,11 @@ def two_lines(
 
 
 def _torques(
-    axis: Axes, simulator: Nominal, reality: Nominal, states: tuple[Sequence[float], Sequence[float]], target: float
+    axis: Axes,
+    simulator: NominalJoint,
+    reality: NominalJoint,
+    states: tuple[Sequence[float], Sequence[float]],
+    target: float,
 ) -> None:
     speeds = np.linspace(0, 7, 2)
     for joint, colour, name in ((simulator, BEFORE, "simulator"), (reality, AFTER, "through both points")):

@@ -15,14 +15,14 @@ from vision_s2r.files import write
 from vision_s2r.identify.config import IdentifyConfig
 from vision_s2r.identify.drawing import two_lines
 from vision_s2r.identify.identify import identify
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.randomize import Range
 from vision_s2r.randomize.coverage import covered
 from vision_s2r.recording import JointRecording
 from vision_s2r.recording import write as write_recording
 
 NOMINAL = {"torque_constant": 0.5, "inertia": 0.02, "viscous_damping": 0.10, "coulomb_friction": 0.02}
-SIMULATOR = Nominal(**NOMINAL)
+SIMULATOR = NominalJoint(**NOMINAL)
 CORRECTED = replace(SIMULATOR, viscous_damping=0.13)  # its damping a little better, its friction as wrong as before
 REALITY = replace(SIMULATOR, viscous_damping=0.15, coulomb_friction=0.05)
 IDENTIFIED = ("viscous_damping", "coulomb_friction")
@@ -41,12 +41,12 @@ def from_steady_states(
     return damping, torque_constant * currents[0] - damping * speeds[0]
 
 
-def open_loop(joint: Nominal, speed: float) -> float:
+def open_loop(joint: NominalJoint, speed: float) -> float:
     """The current (A) that holds a speed (rad/s, above 0), as this model of the joint has it."""
     return (joint.viscous_damping * speed + joint.coulomb_friction) / joint.torque_constant
 
 
-def reached(joint: Nominal, current: float) -> float:
+def reached(joint: NominalJoint, current: float) -> float:
     """The steady speed (rad/s) of a current (A, not below 0)."""
     return max(joint.torque_constant * current - joint.coulomb_friction, 0.0) / joint.viscous_damping
 
@@ -56,7 +56,7 @@ def short(speed: float) -> float:
     return 1 - speed / TARGET
 
 
-def response(joint: Nominal, current: float) -> np.ndarray:
+def response(joint: NominalJoint, current: float) -> np.ndarray:
     """Speeds [T] (rad/s) every SAMPLE_TIME from rest under a current (A) that is held for HELD seconds."""
     command = np.full((1, round(HELD / SAMPLE_TIME)), current)
     return simulate(pack(joint, {})[None], command, np.zeros((1, 2)), SAMPLE_TIME)[0, 0, :, 1]
@@ -112,7 +112,7 @@ def run(out: Path, seed: int) -> Path:
     return write(out / "two_point.png", picture)
 
 
-def _table(models: dict[str, Nominal]) -> Table:
+def _table(models: dict[str, NominalJoint]) -> Table:
     table = Table(box=rich.box.SIMPLE, show_edge=False, pad_edge=False)
     for name in ("model", "b\nN·m·s/rad", "τ_f\nN·m", f"command for\n{TARGET:g} rad/s", "reached", "short"):
         table.add_column(name, no_wrap=True)

@@ -23,7 +23,7 @@ from vision_s2r.arm.model import ArmModel
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import write
 from vision_s2r.imports.drives import known_drive
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.table import text as table_text
 
@@ -58,7 +58,7 @@ class Placed:
         return np.asarray(self.sign[joint] * values + self.zero[joint])
 
 
-def place(tables: Sequence[Table], model: ArmModel, given: Mapping[str, str]) -> Placed:
+def place(tables: Sequence[JointTable], model: ArmModel, given: Mapping[str, str]) -> Placed:
     """Signs and zeros of joints that were logged together as position servos.
 
     `given` names the model's joint of each; without it they are the model's in their order. Raises UserError where
@@ -102,7 +102,7 @@ def place(tables: Sequence[Table], model: ArmModel, given: Mapping[str, str]) ->
     )
 
 
-def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> list[tuple[Path, dict[str, Any]]]:
+def write_arms(tables: Sequence[JointTable], out: Path, options: ImportOptions) -> list[tuple[Path, dict[str, Any]]]:
     """Write each motion of a log as a recording of an arm, into folders of `out`, or `out` where there is only one.
 
     Signs and zeros are those that all motions together show. Returns folders, and what import.json holds. Raises
@@ -115,7 +115,7 @@ def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> li
         tables = [table for table in tables if table.name in model.joints]
         if not tables:
             raise UserError(f"{model.path}: has none of the log's joints, expected some of {', '.join(model.joints)}")
-    motions: dict[str, list[Table]] = {}
+    motions: dict[str, list[JointTable]] = {}
     for table in tables:
         motions.setdefault(table.name.rpartition("/")[0], []).append(table)
     joined = [_joined(parts) for parts in zip(*motions.values(), strict=True)]
@@ -129,23 +129,23 @@ def write_arms(tables: Sequence[Table], out: Path, options: ImportOptions) -> li
     return found
 
 
-def _as_named(tables: Sequence[Table]) -> Placed:
+def _as_named(tables: Sequence[JointTable]) -> Placed:
     """Joints that are the model's own."""
     names = [table.name for table in tables]
     why = dict.fromkeys(names, "the model's own, by its name")
     return Placed(dict(zip(names, names, strict=True)), dict.fromkeys(names, 1), dict.fromkeys(names, 0.0), 1.0, why)
 
 
-def _joined(tables: Sequence[Table]) -> Table:
+def _joined(tables: Sequence[JointTable]) -> JointTable:
     """One joint's motions, one after the other."""
     keys = ("t", "target", "position")
     columns = {key: np.concatenate([table.columns[key] for table in tables]) for key in keys}
     steps = np.concatenate([np.diff(table.columns["t"], prepend=-1.0) for table in tables])
-    return Table(tables[0].name, {**columns, "t": np.cumsum(steps)}, tables[0].drive, of_model=tables[0].of_model)
+    return JointTable(tables[0].name, {**columns, "t": np.cumsum(steps)}, tables[0].drive, of_model=tables[0].of_model)
 
 
 def _write(
-    tables: Sequence[Table], placed: Placed, model: ArmModel, folder: Path, options: ImportOptions
+    tables: Sequence[JointTable], placed: Placed, model: ArmModel, folder: Path, options: ImportOptions
 ) -> dict[str, Any]:
     columns = {key: tables[0].columns[key] for key in ("episode", "t")}
     drives = {}
@@ -191,7 +191,7 @@ def _names(logged: list[str], model: ArmModel, given: Mapping[str, str]) -> dict
     return names
 
 
-def _speed(table: Table) -> np.ndarray:
+def _speed(table: JointTable) -> np.ndarray:
     """Speeds [N] (rad/s) of a joint, smoothed over the encoder's steps."""
     step = float(np.median(np.diff(table.columns["t"])))
     return np.asarray(savgol_filter(table.columns["position"], SMOOTH, 2, deriv=1, delta=step))

@@ -16,7 +16,7 @@ from scipy.interpolate import BPoly
 from scipy.optimize import linear_sum_assignment
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording.joint import LONGEST_GAP
 
 STATE = "sensor_msgs/msg/JointState"
@@ -43,7 +43,7 @@ Clock = Callable[[Message], float]  # when a message was, s
 
 
 @dataclass
-class Command:
+class JointCommand:
     """What was asked of one joint, in the order of its instants."""
 
     topic: str
@@ -61,7 +61,7 @@ class Command:
         return out
 
 
-def load(path: Path, options: ImportOptions) -> list[Table]:
+def load(path: Path, options: ImportOptions) -> list[JointTable]:
     """The joints of a bag that were commanded. Raises UserError where there are none, listing the topics."""
     topics = _read(path)
     for role in options.topics:
@@ -161,11 +161,11 @@ def _commands(
     joints: Mapping[str, Mapping[str, np.ndarray]],
     clock: Clock,
     path: Path,
-) -> dict[str, Command]:
+) -> dict[str, JointCommand]:
     """What commands each joint, by the most telling type of topic that does."""
-    found: dict[str, Command] = {}
+    found: dict[str, JointCommand] = {}
     for kind in COMMANDS:
-        of_kind: dict[str, Command] = {}
+        of_kind: dict[str, JointCommand] = {}
         for topic, (own, messages) in topics.items():
             if own != kind or not messages:
                 continue
@@ -178,7 +178,7 @@ def _commands(
     return {name: found[name] for name in joints if name in found}
 
 
-Commanded = Iterator[tuple[str, Command]]
+Commanded = Iterator[tuple[str, JointCommand]]
 
 
 def _column(topic: str) -> str:
@@ -229,7 +229,7 @@ def _arrays(
         yield names[j], commands[k]
 
 
-def _apart(command: Command, joint: Mapping[str, np.ndarray]) -> float:
+def _apart(command: JointCommand, joint: Mapping[str, np.ndarray]) -> float:
     """How far a joint's positions are from goals, mean square."""
     difference = command.at(joint["t"]) - joint["position"]
     difference = _in_half_a_turn(difference) if _turns(joint["position"]) else difference
@@ -241,13 +241,13 @@ def _trajectories(
     topic: str, messages: Sequence[Message], joints: Mapping[str, Mapping[str, np.ndarray]], clock: Clock
 ) -> Commanded:
     """Trajectories: from where the joint is asked to be through their points; a new one replaces the last."""
-    found: dict[str, Command] = {}
+    found: dict[str, JointCommand] = {}
     for message in messages:
         content, begin = message.content, clock(message)
         for k, name in enumerate(content.joint_names):
             if name not in joints or not content.points:
                 continue
-            command = found.setdefault(name, Command(topic, "target", np.zeros(0), np.zeros(0)))
+            command = found.setdefault(name, JointCommand(topic, "target", np.zeros(0), np.zeros(0)))
             joint = joints[name]
             here = command.at(np.array([begin]))[0]
             if not np.isfinite(here):  # before any goal a joint is asked to stay
@@ -256,7 +256,7 @@ def _trajectories(
     yield from found.items()
 
 
-def _append(command: Command, begin: float, here: float, points: Sequence[Any], k: int) -> None:
+def _append(command: JointCommand, begin: float, here: float, points: Sequence[Any], k: int) -> None:
     """Add the course through a trajectory's points; what was to come of the one before is dropped."""
     command.pieces[:] = [(a, min(b, begin), course) for a, b, course in command.pieces if a < begin]
     before, kept = (begin, [here]), command.t < begin
@@ -275,10 +275,10 @@ def _append(command: Command, begin: float, here: float, points: Sequence[Any], 
         before = (at, there)
 
 
-def _command(topic: str, column: str, rows: Sequence[Sequence[float]]) -> Command:
+def _command(topic: str, column: str, rows: Sequence[Sequence[float]]) -> JointCommand:
     t, value = np.array(rows).T
     order = np.argsort(t, kind="stable")
-    return Command(topic, column, t[order], value[order])
+    return JointCommand(topic, column, t[order], value[order])
 
 
 _READ = {REFERENCE: _references, STATE: _states, ARRAY: _arrays, TRAJECTORY: _trajectories}
@@ -293,7 +293,9 @@ def _in_half_a_turn(angle: np.ndarray) -> np.ndarray:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-def _table(name: str, joint: Mapping[str, np.ndarray], command: Command, begin: float, notes: tuple[str, ...]) -> Table:
+def _table(
+    name: str, joint: Mapping[str, np.ndarray], command: JointCommand, begin: float, notes: tuple[str, ...]
+) -> JointTable:
     """A joint's rows: sorted, no stamp twice, from `begin` on, a new episode after a gap, turns unrolled."""
     t, rows = np.unique(joint["t"], return_index=True)
     rows, t = rows[t >= begin], t[t >= begin]
@@ -321,6 +323,6 @@ def _table(name: str, joint: Mapping[str, np.ndarray], command: Command, begin: 
     if np.isfinite(joint["effort"]).any():
         left_out["effort"] = "what the driver says of it is no command"
     notes = (f"commanded by {command.topic}", *notes)
-    return Table(
+    return JointTable(
         name.replace("/", "_"), columns, "", left_out=left_out, missing=tuple(missing), notes=notes, of_model=True
     )

@@ -8,13 +8,13 @@ import numpy as np
 
 from vision_s2r.errors import UserError
 from vision_s2r.imports.drives import DRIVES
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 
 GRAVITY = 9.80665  # m/s²
 FIRMWARE_GAIN = 32.0  # of the logs that DRIVES has its gain for
 
 
-def load(path: Path, options: ImportOptions) -> list[Table]:
+def load(path: Path, options: ImportOptions) -> list[JointTable]:
     """All logs of a folder as episodes of one recording, or one file's. Raises UserError where there is none."""
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     if not files:
@@ -34,7 +34,7 @@ def load(path: Path, options: ImportOptions) -> list[Table]:
         nominal["inertia"] = DRIVES[drive].nominal["inertia"] + swung
         control["proportional"] = DRIVES[drive].control["proportional"] * bench["kp"] / FIRMWARE_GAIN
     left_out = {"load": "a register of the pulse width, no torque", "temp": "not modelled"}
-    return [Table(path.stem, columns, drive, nominal, control, left_out)]
+    return [JointTable(path.stem, columns, drive, nominal, control, left_out)]
 
 
 def _log(file: Path) -> dict[str, Any]:

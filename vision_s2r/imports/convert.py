@@ -14,13 +14,13 @@ from vision_s2r.files import write
 from vision_s2r.imports import bag, bam, lerobot, sage, tabular
 from vision_s2r.imports.drives import DRIVES, known_drive
 from vision_s2r.imports.picture import picture
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording import JointRecording, read
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import COLUMNS
 from vision_s2r.recording.table import text as table_text
 
-SOURCES: dict[str, Callable[[Path, ImportOptions], list[Table]]] = {
+SOURCES: dict[str, Callable[[Path, ImportOptions], list[JointTable]]] = {
     "sage": sage.load,
     "bam": bam.load,
     "lerobot": lerobot.load,
@@ -78,7 +78,7 @@ def import_recording(
     return [_write(table, out / table.name if len(tables) > 1 else out, options) for table in tables]
 
 
-def _write(table: Table, folder: Path, options: ImportOptions) -> Imported:
+def _write(table: JointTable, folder: Path, options: ImportOptions) -> Imported:
     if folder.exists() and any(folder.iterdir()):
         raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
     head, believed = _header(table, options)
@@ -95,7 +95,7 @@ def _write(table: Table, folder: Path, options: ImportOptions) -> Imported:
     return Imported(folder, summary)
 
 
-def _header(table: Table, options: ImportOptions) -> tuple[dict[str, Any], str]:
+def _header(table: JointTable, options: ImportOptions) -> tuple[dict[str, Any], str]:
     """recording.yaml, and where its beliefs come from."""
     known = known_drive(options.drive or table.drive)
     nominal: dict[str, float] = {**known.nominal, **table.nominal, **options.nominal}
@@ -113,7 +113,7 @@ def _header(table: Table, options: ImportOptions) -> tuple[dict[str, Any], str]:
     return head, known.source
 
 
-def _summary(table: Table, recording: JointRecording, believed: str, dropped: int) -> dict[str, Any]:
+def _summary(table: JointTable, recording: JointRecording, believed: str, dropped: int) -> dict[str, Any]:
     steps = np.concatenate([np.diff(t[:n]) for t, n in zip(recording.time, recording.lengths, strict=True)])
     left_out: Mapping[str, str] = {**table.left_out, **recording.left_out}
     if dropped:

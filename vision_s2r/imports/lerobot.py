@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording.header import number
 
 DEGREES = np.pi / 180
@@ -107,7 +107,7 @@ class Dataset:
             yield from _stretch(path, round(float(start) * self.rate), int(length))
 
 
-def load(path: Path, options: ImportOptions) -> list[Table]:
+def load(path: Path, options: ImportOptions) -> list[JointTable]:
     """The joints of a data set, its episodes in one recording each. Raises UserError where there is none."""
     dataset = Dataset.open(path)
     names = dataset.names("action")
@@ -133,7 +133,7 @@ def load(path: Path, options: ImportOptions) -> list[Table]:
     return found
 
 
-def _table(name: str, columns: dict[str, np.ndarray], known: dict[str, Any], options: ImportOptions) -> Table:
+def _table(name: str, columns: dict[str, np.ndarray], known: dict[str, Any], options: ImportOptions) -> JointTable:
     """The joint that actions of this name command."""
     ending = next((each for each in COMMANDS if name.endswith(each)), "")
     command, joint = COMMANDS.get(ending, "target"), name.removesuffix(ending)
@@ -142,7 +142,7 @@ def _table(name: str, columns: dict[str, np.ndarray], known: dict[str, Any], opt
     scale = {"target": angle, "position": angle, "velocity": angle} | options.scale
     columns = {command if key == "action" else key: values for key, values in columns.items()}
     missing = ("velocity", "supply", "time stamps of their own: these are frame / fps")
-    return Table(
+    return JointTable(
         joint,
         {key: values * scale.get(key, 1.0) for key, values in columns.items()},
         "" if own else "sts3215",

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from vision_s2r.errors import UserError
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 
 MICROSECONDS = 1e-6
 UNSIGNED = "an unsigned current times a constant, no torque"
 
 
-def load(path: Path, options: ImportOptions) -> list[Table]:
+def load(path: Path, options: ImportOptions) -> list[JointTable]:
     """The joints of a motion, or of each motion in a folder. Raises UserError where there is none."""
     motions = [path] if (path / "control.csv").is_file() else sorted(p.parent for p in path.glob("*/control.csv"))
     if not motions:
@@ -23,11 +23,13 @@ def load(path: Path, options: ImportOptions) -> list[Table]:
     return tables if prefix else [_renamed(table) for table in tables]
 
 
-def _renamed(table: Table) -> Table:
-    return Table(table.name.split("/")[-1], table.columns, table.drive, left_out=table.left_out, missing=table.missing)
+def _renamed(table: JointTable) -> JointTable:
+    return JointTable(
+        table.name.split("/")[-1], table.columns, table.drive, left_out=table.left_out, missing=table.missing
+    )
 
 
-def _motion(folder: Path) -> list[Table]:
+def _motion(folder: Path) -> list[JointTable]:
     try:
         names = (folder / "joint_list.txt").read_text().split()
     except (OSError, UnicodeDecodeError) as error:
@@ -49,7 +51,7 @@ def _motion(folder: Path) -> list[Table]:
             "velocity": speeds[first:, k],
         }
         left_out = {"torques": UNSIGNED} if (torques[:, k] >= 0).all() else {"torques": "a servo's torque is its law's"}
-        tables.append(Table(f"{folder.name}/{name}", columns, "sts3215", left_out=left_out, missing=("supply",)))
+        tables.append(JointTable(f"{folder.name}/{name}", columns, "sts3215", left_out=left_out, missing=("supply",)))
     return tables
 
 

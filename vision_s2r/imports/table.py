@@ -27,7 +27,7 @@ class ImportOptions:
 
 
 @dataclass(frozen=True)
-class Table:
+class JointTable:
     """The log of one joint, in SI units."""
 
     name: str  # of the folder that it becomes

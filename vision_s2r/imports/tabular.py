@@ -6,11 +6,11 @@ import numpy as np
 import pandas
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.imports.table import ImportOptions, Table
+from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording.joint import COLUMNS
 
 
-def load(path: Path, options: ImportOptions) -> list[Table]:
+def load(path: Path, options: ImportOptions) -> list[JointTable]:
     """The one joint of a file. Raises UserError for columns that are not there, or are no numbers."""
     try:
         parquet = path.suffix == ".parquet"
@@ -37,4 +37,4 @@ def load(path: Path, options: ImportOptions) -> list[Table]:
         raise UserError(f"{path}: expected t and position, as columns={{t: THEIR_NAME, position: THEIR_NAME}}")
     known = {options.columns.get(ours, ours) for ours in columns}
     left_out = {str(name): "not asked for" for name in table.columns if name not in known}
-    return [Table(path.stem, columns, "", left_out=left_out)]
+    return [JointTable(path.stem, columns, "", left_out=left_out)]

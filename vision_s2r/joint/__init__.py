@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vision_s2r.joint.effect import JointEffect, unit
-    from vision_s2r.joint.machine import COLUMNS, DYNAMICS, JOINT_EFFECTS, SERVO, Nominal, pack, pack_many
+    from vision_s2r.joint.machine import COLUMNS, DYNAMICS, JOINT_EFFECTS, SERVO, NominalJoint, pack, pack_many
     from vision_s2r.joint.simulation import simulate
     from vision_s2r.joint.stepping import Joints
     from vision_s2r.joint.tables import Tables
@@ -26,7 +26,7 @@ __all__ = [
     "SERVO",
     "JointEffect",
     "Joints",
-    "Nominal",
+    "NominalJoint",
     "Tables",
     "pack",
     "pack_many",

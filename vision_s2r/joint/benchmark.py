@@ -13,10 +13,10 @@ from rich.progress import track
 from rich.table import Table
 
 from vision_s2r.bullet import pybullet
-from vision_s2r.joint.machine import Nominal, pack
+from vision_s2r.joint.machine import NominalJoint, pack
 from vision_s2r.joint.simulation import simulate
 
-JOINT = Nominal(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
+JOINT = NominalJoint(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
 SAMPLE_TIME = 0.01
 SUBSTEPS = 5
 EPISODES, SAMPLES = 5, 800

@@ -14,7 +14,7 @@ from vision_s2r.joint.drive import Given, glides, needs_velocity
 from vision_s2r.joint.effects.acceleration_limit import along
 from vision_s2r.joint.effects.velocity_limit import profile
 from vision_s2r.joint.log import JointLog, correction
-from vision_s2r.joint.machine import Machine, of_inertia
+from vision_s2r.joint.machine import JointMachine, of_inertia
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
 from vision_s2r.joint.pointer import Pointer
 from vision_s2r.joint.two_masses import (
@@ -34,7 +34,9 @@ Cursor = tuple[int, int, float, float]
 
 
 @compiled
-def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer) -> None:
+def clocked_one_mass(
+    machine: JointMachine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer
+) -> None:
     """An episode of a joint without play or spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
@@ -59,7 +61,9 @@ def clocked_one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, 
 
 
 @compiled
-def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer) -> None:
+def clocked_two_masses(
+    machine: JointMachine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: Pointer
+) -> None:
     """An episode of a joint with play or a spring, into `out` [T, 2]."""
     step = log.sample_time / log.substeps
     responses = np.empty(RESPONSES)
@@ -93,7 +97,7 @@ def clocked_two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray
 
 
 @compiled
-def inputs_of(machine: Machine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
+def inputs_of(machine: JointMachine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
     """What acts in the step that begins at `start`, and the cursor at its end."""
     row, other, place, rate = cursor
     servo = not math.isnan(machine.proportional_gain)
@@ -125,7 +129,7 @@ def _load_inertia(log: JointLog, cursor: Cursor) -> float:
 
 @compiled
 def _set_point(
-    machine: Machine, place: float, rate: float, target: float, later: float, change: float, step: float
+    machine: JointMachine, place: float, rate: float, target: float, later: float, change: float, step: float
 ) -> tuple[float, float, float]:
     """A servo's set point in the middle of a step, and at its end with its rate; the target changes to a later one."""
     fastest, steepest = machine.velocity_limit_value, machine.acceleration_limit_value

@@ -1,6 +1,6 @@
 """The torques of a drive, and its dry friction: the effects' formulas put together.
 
-Everything here is compiled, a machine being the `Machine` tuple and `tables` what `tables.py` says.
+Everything here is compiled, a machine being the `JointMachine` tuple and `tables` what `tables.py` says.
 """
 
 import math
@@ -23,7 +23,7 @@ from vision_s2r.joint.effects.torque_constant import motor_torque
 from vision_s2r.joint.effects.torque_saturation import saturate
 from vision_s2r.joint.effects.torque_speed_limit import limit_by_speed
 from vision_s2r.joint.effects.viscous_damping import Response, response, time_to_stop
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import JointMachine
 from vision_s2r.joint.slot import slot_needs_velocity, slot_on, slot_torque
 from vision_s2r.joint.tables import look_up
 
@@ -36,7 +36,7 @@ REST: Weight = (1.0, 1.0)
 
 
 @compiled
-def needs_velocity(machine: Machine, tables: np.ndarray) -> bool:
+def needs_velocity(machine: JointMachine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
     stribeck_on = not math.isnan(machine.stribeck_friction_static) or machine.load_dependent_stribeck_coefficient > 0
     limited = machine.torque_speed_limit_no_load_speed < math.inf or machine.back_emf_damping > 0
@@ -44,7 +44,7 @@ def needs_velocity(machine: Machine, tables: np.ndarray) -> bool:
 
 
 @compiled
-def steady(machine: Machine, heights: np.ndarray) -> bool:
+def steady(machine: JointMachine, heights: np.ndarray) -> bool:
     """Whether a command held makes one torque in one direction, apart from viscous damping."""
     fixed = math.isnan(machine.stribeck_friction_static) and machine.torque_speed_limit_stall == math.inf
     fixed = fixed and machine.load_dependent_stribeck_coefficient == 0 and machine.back_emf_damping == 0
@@ -52,7 +52,7 @@ def steady(machine: Machine, heights: np.ndarray) -> bool:
 
 
 @compiled
-def served(machine: Machine, target: float, position: float, velocity: float) -> float:
+def served(machine: JointMachine, target: float, position: float, velocity: float) -> float:
     """What a position servo asks of its motor when the load is here and moves so, in units of u."""
     if machine.encoder_quantization_resolution > 0:
         position = rounded(position, machine.encoder_quantization_resolution)
@@ -70,7 +70,7 @@ def held(command: float) -> Given:
 
 
 @compiled
-def commanded(machine: Machine, given: Given, position: float, load_velocity: float, velocity: float) -> float:
+def commanded(machine: JointMachine, given: Given, position: float, load_velocity: float, velocity: float) -> float:
     """Mean motor torque in a step, where the load is about here, at its and the motor's velocity."""
     torque = _motor(machine, given[0], given[3], position, load_velocity, velocity)
     if given[2] > 0:
@@ -81,7 +81,7 @@ def commanded(machine: Machine, given: Given, position: float, load_velocity: fl
 
 @compiled
 def _motor(
-    machine: Machine, current: float, factor: float, position: float, load_velocity: float, velocity: float
+    machine: JointMachine, current: float, factor: float, position: float, load_velocity: float, velocity: float
 ) -> float:
     if not math.isnan(machine.proportional_gain):
         current = served(machine, current, position, load_velocity)
@@ -95,20 +95,20 @@ def _motor(
 
 @compiled
 def on_motor(
-    machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float, time: float
+    machine: JointMachine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float, time: float
 ) -> float:
     """Torque on the motor beside the commanded one and friction."""
     return slot_torque(machine, position, velocity, time) + look_up(tables, heights, position, velocity, time)
 
 
 @compiled
-def on_load(machine: Machine, position: float) -> float:
+def on_load(machine: JointMachine, position: float) -> float:
     """Torque on the load, at a position that the encoder shows."""
     return gravity(position - machine.position_offset, machine.gravity_torque) + bias(machine.bias_torque)
 
 
 @compiled
-def weight_at(machine: Machine, velocity: float) -> Weight:
+def weight_at(machine: JointMachine, velocity: float) -> Weight:
     """How much of the static frictions is felt: 1 at rest. 0 where friction does not know rest from motion."""
     static, loaded = 0.0, 0.0
     if not math.isnan(machine.stribeck_friction_static):
@@ -119,7 +119,7 @@ def weight_at(machine: Machine, velocity: float) -> Weight:
 
 
 @compiled
-def dry(machine: Machine, direction: float, weight: Weight, motor: float) -> float:
+def dry(machine: JointMachine, direction: float, weight: Weight, motor: float) -> float:
     """Dry friction against motion in this direction (±1) under this motor torque."""
     friction = directed(machine.coulomb_friction, machine.asymmetric_friction_coulomb, direction)
     if not math.isnan(machine.stribeck_friction_static):
@@ -129,7 +129,7 @@ def dry(machine: Machine, direction: float, weight: Weight, motor: float) -> flo
 
 
 @compiled
-def viscous(machine: Machine, direction: float, time: float) -> float:
+def viscous(machine: JointMachine, direction: float, time: float) -> float:
     """Viscous damping of motion in this direction (±1) at this time."""
     damping = directed(machine.viscous_damping, machine.asymmetric_friction_viscous, direction)
     return drifted(damping, machine.thermal_drift_rate, time)
@@ -137,7 +137,7 @@ def viscous(machine: Machine, direction: float, time: float) -> float:
 
 @compiled
 def advance(
-    machine: Machine,
+    machine: JointMachine,
     velocity: float,
     torque: float,
     weight: Weight,
@@ -183,7 +183,7 @@ def glide(damping: float, inertia: float, step: float) -> Glide:
 
 @compiled
 def glides(
-    machine: Machine, time: float, inertia: float, steps: tuple[float, float]
+    machine: JointMachine, time: float, inertia: float, steps: tuple[float, float]
 ) -> tuple[tuple[Glide, Glide], tuple[Glide, Glide]]:
     """`glide` ahead and back at this time, in the steps of both segments of a sample."""
     ahead, back = viscous(machine, 1.0, time), viscous(machine, -1.0, time)

@@ -17,7 +17,7 @@ from vision_s2r.joint.effect import JOINT_EFFECTS
 
 
 @dataclass(frozen=True)
-class Nominal:
+class NominalJoint:
     """The nominal simulator: J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0. SI units, rotary or linear.
 
     The encoder shows θ + position_offset. With a proportional gain the joint is a position servo: it is commanded by
@@ -36,7 +36,7 @@ class Nominal:
     command_limit: float = math.inf
 
 
-_NOMINAL = tuple(field.name for field in fields(Nominal))
+_NOMINAL = tuple(field.name for field in fields(NominalJoint))
 DYNAMICS = tuple(name for name in _NOMINAL if name in JOINT_EFFECTS)  # the effects that replace a nominal value
 SERVO = tuple(effect.name for effect in JOINT_EFFECTS if effect.servo)  # the effects of position servos alone
 
@@ -52,9 +52,9 @@ JOINT_EFFECTS.close("the simulator is laid out; import its module earlier, or in
 
 # The same as fields, for the compiled code: machine.backlash_width.
 if TYPE_CHECKING:
-    Machine = Any
+    JointMachine = Any
 else:
-    Machine = namedtuple("Machine", [column.replace(".", "_") for column in COLUMNS])
+    JointMachine = namedtuple("JointMachine", [column.replace(".", "_") for column in COLUMNS])
 
 LONGEST_DELAY = 3600.0  # s
 
@@ -77,7 +77,7 @@ def _absent() -> np.ndarray:
 _ABSENT = _absent()
 
 
-def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndarray:
+def pack(nominal: NominalJoint, values: Mapping[str, Mapping[str, float]]) -> np.ndarray:
     """The row [P] float64, laid out as COLUMNS, of a machine with these effects (by name, parameters by name).
 
     An effect of the dynamics replaces its nominal value, one of the drive is added. What is absent is at its neutral
@@ -103,7 +103,7 @@ def pack(nominal: Nominal, values: Mapping[str, Mapping[str, float]]) -> np.ndar
     return row
 
 
-def pack_many(nominal: Nominal, values: Mapping[str, Mapping[str, np.ndarray]], count: int) -> np.ndarray:
+def pack_many(nominal: NominalJoint, values: Mapping[str, Mapping[str, np.ndarray]], count: int) -> np.ndarray:
     """Rows [count, P] as `pack` makes them, each parameter an array [count].
 
     Raises UserError for a name that is not known, or a value out of bounds.
@@ -125,7 +125,7 @@ def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndar
 
 
 @compiled
-def of_inertia(machine: Machine, inertia: float) -> Machine:
+def of_inertia(machine: JointMachine, inertia: float) -> JointMachine:
     """The same machine with another inertia."""
     return tuple_setitem(machine, _INERTIA, inertia)  # type: ignore[call-arg]  # its typing context is numba's
 

@@ -23,14 +23,14 @@ from vision_s2r.joint.drive import (
 )
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import JointLog, correction, segments, sent
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import JointMachine
 
 State = tuple[float, float, Weight, float]  # position, velocity, and weight and other torque as the last step had them
 Paths = tuple[tuple[Glide, Glide], tuple[Glide, Glide]]
 
 
 @compiled
-def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
+def one_mass(machine: JointMachine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
     """An episode of a joint without play or spring, into `out` [T, 2]."""
     whole, fraction = split_delay(machine.latency_delay, log.sample_time)
     counts, steps = segments(fraction, log.sample_time, log.substeps)
@@ -53,7 +53,7 @@ def one_mass(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: Joi
 
 @compiled
 def one_mass_start(
-    machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
+    machine: JointMachine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
 ) -> State:
     """The state of a joint that nothing has moved yet."""
     other = on_motor(machine, tables, heights, position, velocity, 0.0) + on_load(machine, position)
@@ -62,7 +62,7 @@ def one_mass_start(
 
 @compiled
 def one_mass_sample(
-    machine: Machine,
+    machine: JointMachine,
     tables: np.ndarray,
     heights: np.ndarray,
     state: State,
@@ -100,7 +100,7 @@ def one_mass_sample(
 
 @compiled
 def _step(
-    machine: Machine,
+    machine: JointMachine,
     tables: np.ndarray,
     heights: np.ndarray,
     position: float,

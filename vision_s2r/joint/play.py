@@ -8,7 +8,7 @@ from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import Glide, Weight, advance, weight_at
 from vision_s2r.joint.effects.backlash import contact_force, impact_time, merged
 from vision_s2r.joint.effects.inertia import half
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import JointMachine
 
 EVENTS = 12  # in one step of play; a step with more ends in contact
 
@@ -19,7 +19,7 @@ State = tuple[float, float, float, float, float]
 
 @compiled
 def play_step(
-    machine: Machine,
+    machine: JointMachine,
     state: State,
     weight: Weight,  # of static friction
     motor: float,  # the commanded torque
@@ -86,7 +86,7 @@ def play_step(
 
 @compiled
 def play_velocities(
-    machine: Machine,
+    machine: JointMachine,
     state: State,
     weight: Weight,
     motor: float,

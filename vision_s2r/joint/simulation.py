@@ -19,7 +19,7 @@ from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effect import JOINT_EFFECTS
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
-from vision_s2r.joint.machine import COLUMNS, Machine, check
+from vision_s2r.joint.machine import COLUMNS, JointMachine, check
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.tables import Tables
@@ -183,7 +183,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         for job in range(share, machines.shape[0] * episodes, shares):
             c, e = divmod(job, episodes)
             row = machines[c]
-            machine = Machine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
             heights = row[_WIDTH:]
             states = out[c, e, : lengths[e]]
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf

@@ -6,16 +6,16 @@ from typing import Any
 
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
-from vision_s2r.joint.machine import COLUMNS, Machine
+from vision_s2r.joint.machine import COLUMNS, JointMachine
 
 
 @compiled
-def _no_torque(machine: Machine, position: float, velocity: float, time: float) -> float:
+def _no_torque(machine: JointMachine, position: float, velocity: float, time: float) -> float:
     return 0.0
 
 
 @compiled
-def _off(machine: Machine) -> bool:
+def _off(machine: JointMachine) -> bool:
     return False
 
 
@@ -33,7 +33,7 @@ def _sum(effects: Sequence[JointEffect]) -> Callable[..., float]:
 
 def _plus(others: Any, torque: Any, first: int, last: int) -> Any:
     @compiled
-    def total(machine: Machine, position: float, velocity: float, time: float) -> float:
+    def total(machine: JointMachine, position: float, velocity: float, time: float) -> float:
         return others(machine, position, velocity, time) + torque(position, velocity, time, *machine[first:last])
 
     return total
@@ -54,7 +54,7 @@ def _any(effects: Sequence[JointEffect]) -> Callable[..., bool]:
 
 def _or(others: Any, column: int, neutral: float) -> Any:
     @compiled
-    def found(machine: Machine) -> bool:
+    def found(machine: JointMachine) -> bool:
         return others(machine) or machine[column] != neutral
 
     return found
@@ -62,7 +62,7 @@ def _or(others: Any, column: int, neutral: float) -> Any:
 
 def _or_given(others: Any, column: int) -> Any:
     @compiled
-    def found(machine: Machine) -> bool:
+    def found(machine: JointMachine) -> bool:
         return others(machine) or not math.isnan(machine[column])
 
     return found

@@ -12,14 +12,14 @@ from vision_s2r.joint.drive import REST, Weight, dry
 from vision_s2r.joint.effects.compliance import spring_response, spring_torque
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.inertia import half
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import JointMachine
 from vision_s2r.joint.play import State
 
 PIECES = 16
 
 
 @compiled
-def spring_responses(machine: Machine, step: float, out: np.ndarray) -> None:
+def spring_responses(machine: JointMachine, step: float, out: np.ndarray) -> None:
     """What `spring_step` needs to know, into `out` [4, 4, 5]: the spring engaged and not, a whole step and a piece."""
     stiffness, damping = machine.compliance_stiffness, machine.compliance_damping
     believed, inertia = machine.viscous_damping, half(machine.inertia)
@@ -31,7 +31,7 @@ def spring_responses(machine: Machine, step: float, out: np.ndarray) -> None:
 
 @compiled
 def spring_step(
-    machine: Machine,
+    machine: JointMachine,
     state: State,
     weight: Weight,  # of static friction
     motor: float,  # the commanded torque
@@ -65,7 +65,7 @@ def spring_step(
 
 @compiled
 def spring_velocities(
-    machine: Machine,
+    machine: JointMachine,
     state: State,
     weight: Weight,
     motor: float,
@@ -88,7 +88,7 @@ def spring_velocities(
 
 
 @compiled
-def _side(machine: Machine, state: State) -> float:
+def _side(machine: JointMachine, state: State) -> float:
     """Where the spring touches: ±1, 0 within the play. It can push, but not pull."""
     v_motor, v_load, twist, _, _ = state
     edge = 0.5 * machine.backlash_width
@@ -99,7 +99,7 @@ def _side(machine: Machine, state: State) -> float:
 
 @compiled
 def _piece(
-    machine: Machine,
+    machine: JointMachine,
     state: State,
     weight: Weight,
     motor: float,

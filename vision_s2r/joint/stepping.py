@@ -14,7 +14,7 @@ from vision_s2r.joint.drive import glides, held, needs_velocity, steady
 from vision_s2r.joint.effects.encoder_quantization import rounded
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
-from vision_s2r.joint.machine import COLUMNS, Machine, check
+from vision_s2r.joint.machine import COLUMNS, JointMachine, check
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
 from vision_s2r.joint.simulation import STEP, digest
 from vision_s2r.joint.tables import Tables
@@ -174,7 +174,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
         sources  # noqa: B018
         none = np.empty(0)
         for n in which:
-            machine = Machine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
             position, velocity = states[n, 0], states[n, 1]
             if machine.backlash_width == 0 and not sprung(machine):
                 _, _, weight, other = one_mass_start(machine, layout, none, position, velocity)
@@ -211,7 +211,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
         ring = sent.shape[1]
         count = len(machines)
         for n in range(share * count // shares, (share + 1) * count // shares):
-            machine = Machine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            machine = JointMachine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
             k, sample_time = samples[n], sample_times[n]
             sent[n, k % ring] = command[n]
             whole, fraction = split_delay(machine.latency_delay, sample_time)

@@ -20,7 +20,7 @@ from vision_s2r.joint.drive import (
 from vision_s2r.joint.effects.inertia import half
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import JointLog, correction, segments, sent
-from vision_s2r.joint.machine import Machine
+from vision_s2r.joint.machine import JointMachine
 from vision_s2r.joint.one_mass import Paths
 from vision_s2r.joint.play import State, play_step, play_velocities
 from vision_s2r.joint.spring import spring_responses, spring_step, spring_velocities
@@ -32,7 +32,7 @@ MassPaths = tuple[tuple[float, float], Paths, Paths]  # damping, and motion of b
 
 
 @compiled
-def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
+def two_masses(machine: JointMachine, tables: np.ndarray, heights: np.ndarray, log: JointLog, out: np.ndarray) -> None:
     """An episode of a joint with play or a spring, into `out` [T, 2].
 
     As with one mass, torques are taken in the middle of a step; where they depend on velocity, it is predicted.
@@ -60,13 +60,13 @@ def two_masses(machine: Machine, tables: np.ndarray, heights: np.ndarray, log: J
 
 
 @compiled
-def sprung(machine: Machine) -> bool:
+def sprung(machine: JointMachine) -> bool:
     """Whether a spring divides motor and load."""
     return machine.compliance_stiffness < math.inf
 
 
 @compiled
-def two_masses_responses(machine: Machine, steps: tuple[float, float], out: np.ndarray) -> None:
+def two_masses_responses(machine: JointMachine, steps: tuple[float, float], out: np.ndarray) -> None:
     """What the spring does in a step of either segment, into `out` RESPONSES."""
     spring_responses(machine, steps[0], out[0])
     spring_responses(machine, steps[1], out[1])
@@ -74,7 +74,7 @@ def two_masses_responses(machine: Machine, steps: tuple[float, float], out: np.n
 
 @compiled
 def two_masses_start(
-    machine: Machine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
+    machine: JointMachine, tables: np.ndarray, heights: np.ndarray, position: float, velocity: float
 ) -> Masses:
     """The state of a joint that nothing has moved yet: in the middle of its play, its spring untwisted."""
     other = on_motor(machine, tables, heights, position, velocity, 0.0)
@@ -82,7 +82,7 @@ def two_masses_start(
 
 
 @compiled
-def two_masses_paths(machine: Machine, time: float, steps: tuple[float, float]) -> MassPaths:
+def two_masses_paths(machine: JointMachine, time: float, steps: tuple[float, float]) -> MassPaths:
     """What viscous damping is, and what it makes of motion, about this time."""
     damping = (viscous(machine, 1.0, time), viscous(machine, -1.0, time))
     joined = glides(machine, time, machine.inertia, steps)
@@ -91,7 +91,7 @@ def two_masses_paths(machine: Machine, time: float, steps: tuple[float, float]) 
 
 @compiled
 def two_masses_sample(
-    machine: Machine,
+    machine: JointMachine,
     tables: np.ndarray,
     heights: np.ndarray,
     masses: Masses,

@@ -73,7 +73,7 @@ def _model_path(folder: Path, name: Any, where: str) -> Path:
 
 
 def _drive(given: Mapping[str, Any], known: ModelJoint, where: str) -> tuple[str, dict[str, float]]:
-    """What is commanded, and the arguments of `vision_s2r.joint.Nominal`; what is left out is the model's own."""
+    """What is commanded, and the arguments of `vision_s2r.joint.NominalJoint`; what is left out is the model's own."""
     check_keys(given, ("command", *DRIVE), where)
     mode = header.choice(given, "command", MODES, where, "position")
     values = dict.fromkeys(DRIVE, 0.0) | {"torque_limit": math.inf} | known.drive

@@ -18,7 +18,7 @@ class JointRecording:
     position servo, whose `nominal` has a proportional_gain, are target positions.
     """
 
-    nominal: dict[str, float]  # what the simulator believes: arguments of `vision_s2r.joint.Nominal`
+    nominal: dict[str, float]  # what the simulator believes: arguments of `vision_s2r.joint.NominalJoint`
     sample_time: float  # s; of uneven samples the median
     units: Literal["rotary", "linear"]
     # float64 [E, T]: current in A, or torque or force with a torque constant of 1, or target in rad or m; 0 at the end

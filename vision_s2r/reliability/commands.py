@@ -21,7 +21,7 @@ MARK = "VISION_S2R_RELIABILITY"  # in the environment of a command and its worke
 
 
 @dataclass(frozen=True)
-class Task:
+class KilledCommand:
     """A command: its words, given its folder, and which of its files are the result."""
 
     words: Callable[[Path], list[str]]
@@ -29,14 +29,14 @@ class Task:
 
 
 TASKS = {
-    "render": Task(
+    "render": KilledCommand(
         lambda out: [
             *("render", f"render.out={out}", "render.scenes=16", "render.shard_size=2", "render.size=32"),
             *("render.grasps=2", "render.workers=2"),
         ],
         ("manifest.json", "shard-*"),
     ),
-    "gapbench": Task(
+    "gapbench": KilledCommand(
         lambda out: [
             *("gapbench", "stage=generate", "kind=joint", f"out={out}"),
             *(f"counts.{case}={4 * (case in ('null', 'single', 'pair'))}" for case in COUNTS),
@@ -62,7 +62,7 @@ def killed(name: str, times: int, seed: int, folder: Path) -> dict[str, Any]:
     return {"command": name, "times": times, "identical": same, "no workers left": gone, "seconds": round(seconds, 1)}
 
 
-def _whole(name: str, folder: Path) -> tuple[Task, dict[str, str], float]:
+def _whole(name: str, folder: Path) -> tuple[KilledCommand, dict[str, str], float]:
     """The task, and of a run to the end: the result's hashes, and the seconds it took."""
     task, out = TASKS[name], folder / "whole"
     begun = time.perf_counter()
@@ -100,6 +100,6 @@ def _marked(mark: str) -> list[str]:
     return [each for each in found if each]
 
 
-def _hashes(task: Task, out: Path) -> dict[str, str]:
+def _hashes(task: KilledCommand, out: Path) -> dict[str, str]:
     paths = sorted(path for pattern in task.result for path in out.glob(pattern) if path.is_file())
     return {str(path.relative_to(out)): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}

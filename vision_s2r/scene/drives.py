@@ -10,15 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.joint import COLUMNS, Nominal, pack, simulate
+from vision_s2r.joint import COLUMNS, NominalJoint, pack, simulate
 from vision_s2r.scene.machine import DRIVES, Values
 
 # What the simulator believes of each drive; rad, or m for the lift, whose weight is balanced.
 NOMINAL = {
-    "shoulder": Nominal(1.0, 0.3, 0.5, 0.3, proportional_gain=300.0, derivative_gain=17.0, command_limit=40.0),
-    "elbow": Nominal(1.0, 0.08, 0.15, 0.1, proportional_gain=100.0, derivative_gain=5.0, command_limit=15.0),
-    "lift": Nominal(1.0, 1.0, 4.0, 1.0, proportional_gain=2000.0, derivative_gain=80.0, command_limit=60.0),
-    "wrist": Nominal(1.0, 0.004, 0.01, 0.01, proportional_gain=8.0, derivative_gain=0.3, command_limit=2.0),
+    "shoulder": NominalJoint(1.0, 0.3, 0.5, 0.3, proportional_gain=300.0, derivative_gain=17.0, command_limit=40.0),
+    "elbow": NominalJoint(1.0, 0.08, 0.15, 0.1, proportional_gain=100.0, derivative_gain=5.0, command_limit=15.0),
+    "lift": NominalJoint(1.0, 1.0, 4.0, 1.0, proportional_gain=2000.0, derivative_gain=80.0, command_limit=60.0),
+    "wrist": NominalJoint(1.0, 0.004, 0.01, 0.01, proportional_gain=8.0, derivative_gain=0.3, command_limit=2.0),
 }
 _OFFSET = COLUMNS.index("position_offset")
 APPROACH = 1.0  # s from where the arm waits to over the grasp

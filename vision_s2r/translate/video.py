@@ -38,7 +38,7 @@ ConfigStore.instance().store("translate_video_schema", node=VideoConfig)
 
 
 @dataclass(frozen=True)
-class Stream:
+class VideoStream:
     """Frames uint8 [H, W, 3] (RGB), one after another, and what is known beforehand."""
 
     frames: Iterator[np.ndarray]
@@ -100,7 +100,7 @@ def _square(frame: np.ndarray, size: int) -> np.ndarray:
     return cv2.resize(middle, (size, size), interpolation=cv2.INTER_AREA if side > size else cv2.INTER_CUBIC)
 
 
-def _stream(cfg: VideoConfig) -> Stream:
+def _stream(cfg: VideoConfig) -> VideoStream:
     if not cfg.source:
         raise UserError("source is missing, expected source=FILE, a video, or source=DIR, pictures")
     path = Path(cfg.source)
@@ -109,12 +109,12 @@ def _stream(cfg: VideoConfig) -> Stream:
         if not dataset.cameras:
             raise UserError(f"{path}: a data set without a camera, expected one with videos")
         camera = cfg.camera or dataset.cameras[0]
-        return Stream(dataset.pictures(camera), dataset.frames, dataset.rate)
+        return VideoStream(dataset.pictures(camera), dataset.frames, dataset.rate)
     if path.is_dir():
         paths = sorted(each for each in path.iterdir() if each.suffix.lower() in PICTURES)
         if not paths:
             raise UserError(f"{path}: no pictures, expected some of {', '.join(PICTURES)}")
-        return Stream(map(_read, paths), len(paths), cfg.rate)
+        return VideoStream(map(_read, paths), len(paths), cfg.rate)
     if not path.is_file():
         raise UserError(f"{path}: there is no such file or folder")
     video = cv2.VideoCapture(str(path))
@@ -124,7 +124,7 @@ def _stream(cfg: VideoConfig) -> Stream:
     if not first:
         raise UserError(f"{path}: no frame can be read")
     rate = video.get(cv2.CAP_PROP_FPS)
-    return Stream(_frames(video, frame), int(video.get(cv2.CAP_PROP_FRAME_COUNT)), rate if rate > 0 else cfg.rate)
+    return VideoStream(_frames(video, frame), int(video.get(cv2.CAP_PROP_FRAME_COUNT)), rate if rate > 0 else cfg.rate)
 
 
 def _frames(video: cv2.VideoCapture, frame: np.ndarray) -> Iterator[np.ndarray]:

@@ -8,7 +8,7 @@ import torch
 
 from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recorded
 from vision_s2r.fit.camera.discrepancy import FEW
-from vision_s2r.fit.camera.light import Light, stops
+from vision_s2r.fit.camera.light import FrameLight, stops
 from vision_s2r.recording.data import CameraRecording
 
 K1 = -0.25
@@ -49,9 +49,9 @@ def test_a_frames_light_is_told_from_its_surfaces() -> None:
     mean = torch.from_numpy(recorded().sim).permute(0, 3, 1, 2) * 0.8
     x = torch.linspace(-1, 1, SIZE)
     real = mean * (1.1 + 0.2 * x + 0.1 * x[:, None]) + 0.03
-    lit = Light("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2))
+    lit = FrameLight("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2))
     assert (lit.mean - real.clamp(0, 1)).abs().max() < 0.02
-    assert stops(Light("exposure").on(mean, mean * 1.1, torch.ones_like(mean)), "linear") == pytest.approx(
+    assert stops(FrameLight("exposure").on(mean, mean * 1.1, torch.ones_like(mean)), "linear") == pytest.approx(
         np.log2(1.1), abs=0.01
     )
 

@@ -8,19 +8,19 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.recordings import a_contact
-from vision_s2r.contact import CONTACT_EFFECTS, Nominal, box, pack, simulate
+from vision_s2r.contact import CONTACT_EFFECTS, NominalContact, box, pack, simulate
 from vision_s2r.contact.benchmark import toss
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.diagnose import diagnose, diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
-from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import plain
-from vision_s2r.fit.contact.space import Space
+from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
 from vision_s2r.recording import ContactRecording, write
 
-NOMINAL = Nominal(0.37, 0.5, 0.2)
+NOMINAL = NominalContact(0.37, 0.5, 0.2)
 CUBE = box((0.05, 0.05, 0.05))
 DT = 1 / 148
 
@@ -49,7 +49,7 @@ def tossed(effects, tosses=10, samples=90, noise=(3e-4, 2e-3), seed=3):
 
 def test_every_contact_effect_says_what_fitting_needs():
     assert {effect.name for effect in CONTACT_EFFECTS} == set(CONTACT_FITS)
-    scales = Scales(NOMINAL, CUBE, DT)
+    scales = ContactScales(NOMINAL, CUBE, DT)
     for effect in CONTACT_EFFECTS:
         fit = CONTACT_FITS[effect.name]
         names = [parameter.name for parameter in effect.parameters]
@@ -76,7 +76,7 @@ def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
     recording, _ = tossed({})
     track = make_track(recording)
     predictor = plain(track, windows_of(track))
-    space = Space(frozenset(), Scales(track.nominal, track.shape, track.sample_time), {})
+    space = ContactSpace(frozenset(), ContactScales(track.nominal, track.shape, track.sample_time), {})
     index = range(len(predictor.windows.first))
     point = np.empty((1, 0))
     bare = predictor.residuals(space, point, index)

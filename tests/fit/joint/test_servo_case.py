@@ -10,7 +10,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
-from vision_s2r.joint import JOINT_EFFECTS, Nominal, pack, simulate
+from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
 
@@ -37,7 +37,7 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None):
         levels = rng.uniform(-1, 1, 20)
         levels[0] = 0
         target[row] = levels[(t[row] / hold).astype(int)]
-    machine = pack(Nominal(**NOMINAL), effects)[None]
+    machine = pack(NominalJoint(**NOMINAL), effects)[None]
     supply = None if on is None else np.broadcast_to(on, t.shape)
     steps = round(4000 / rate)
     states = simulate(machine, target, np.zeros((5, 2)), 1 / rate, times=t, scale=supply, substeps=steps)[0]
@@ -51,7 +51,7 @@ def run(target, effects, rate):
     """A recording of these targets [E, T]."""
     time = np.arange(target.shape[1]) / rate * np.ones((len(target), 1))
     first = np.stack([target[:, 0], np.zeros(len(target))], axis=1)
-    machine = pack(Nominal(**NOMINAL), effects)[None]
+    machine = pack(NominalJoint(**NOMINAL), effects)[None]
     states = simulate(machine, target, first, 1 / rate, times=time, substeps=round(4000 / rate))[0]
     position = states[..., 0] + 2e-4 * np.random.default_rng(1).standard_normal(target.shape)
     lengths = np.full(len(target), target.shape[1])

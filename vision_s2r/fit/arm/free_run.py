@@ -9,10 +9,10 @@ import numpy as np
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.effect import PAYLOAD
 from vision_s2r.arm.model import ArmModel
-from vision_s2r.arm.simulate import Run, simulate
+from vision_s2r.arm.simulate import ArmRun, simulate
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import fingerprint as of_joint
-from vision_s2r.joint import Nominal, pack
+from vision_s2r.joint import NominalJoint, pack
 from vision_s2r.recording import ArmRecording
 
 
@@ -25,11 +25,11 @@ def free_run(recording: ArmRecording, effects: Values) -> np.ndarray:
     return out
 
 
-def free_runs(recording: ArmRecording, effects: Values) -> list[Run]:
+def free_runs(recording: ArmRecording, effects: Values) -> list[ArmRun]:
     """The same, episode by episode, with the loads on the joints."""
     bodies = bodies_of(recording, effects)
     machines = np.array(
-        [pack(Nominal(**joint.nominal), effects_of(name, effects)) for name, joint in recording.joints.items()]
+        [pack(NominalJoint(**joint.nominal), effects_of(name, effects)) for name, joint in recording.joints.items()]
     )
     some, runs = recording.any, []
     for k, length in enumerate(some.lengths):

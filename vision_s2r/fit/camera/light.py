@@ -45,7 +45,7 @@ class Lit:
 
 
 @dataclass(frozen=True)
-class Light:
+class FrameLight:
     """What frames have of their own: an exposure, or a smooth field of gain and a veil over it."""
 
     kind: Kind
@@ -96,7 +96,7 @@ class Light:
         return [one, x, y, x * x, x * y, y * y]
 
 
-STEADY = Light("steady")
+STEADY = FrameLight("steady")
 
 
 def _solved(basis: Tensor, weight: Tensor, target: Tensor) -> Tensor:
@@ -127,19 +127,19 @@ class Differing:
         return self.spread > _DIFFERS
 
     @property
-    def light(self) -> Light:
+    def light(self) -> FrameLight:
         """The least that frames need of their own."""
         if not self.plausible or self.exposure > _LEFT * self.common:
             return STEADY
-        return Light("field") if self.own < _LEFT * self.exposure else Light("exposure")
+        return FrameLight("field") if self.own < _LEFT * self.exposure else FrameLight("exposure")
 
 
 def differing(mean: Tensor, real: Tensor, weight: Tensor) -> Differing:
     """How frames [N, C, H, W] differ in light, beside a prediction in the light that all have alike."""
     grey, seen, weight = mean.mean(1, keepdim=True), real.mean(1, keepdim=True), weight.amax(1, keepdim=True)
-    lit = Light("field").on(grey, seen, weight)
+    lit = FrameLight("field").on(grey, seen, weight)
     common = _common(lit, seen - grey, grey)
-    scaled = Light("exposure").on(common, seen, weight)
+    scaled = FrameLight("exposure").on(common, seen, weight)
     pixels = float((weight > 0).sum())
     losses = [
         float(_robust((seen - each).square() * weight).sum()) / pixels for each in (common, scaled.mean, lit.mean)

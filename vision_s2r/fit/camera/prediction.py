@@ -20,7 +20,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
 from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
-from vision_s2r.fit.camera.light import STEADY, Light
+from vision_s2r.fit.camera.light import STEADY, FrameLight
 from vision_s2r.fit.camera.noise import DARKEST, POWER, Curve, Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
 from vision_s2r.fit.camera.surfaces import Surfaces
@@ -88,7 +88,7 @@ class Pictures:
     encoding: Curve
     scale: float = 1.0
     kernel: str = KERNELS[0]  # of what looks between pixels
-    light: Light = STEADY  # what frames have of their own
+    light: FrameLight = STEADY  # what frames have of their own
     surfaces: Surfaces | None = None  # what was rendered, where labels tell it
 
     @property

@@ -13,7 +13,7 @@ from vision_s2r.fit.camera.codec import attenuation, codec_scatter
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
 from vision_s2r.fit.camera.fitting import Target
-from vision_s2r.fit.camera.light import LEAST_FRAMES, STEADY, Differing, Light, deciding_level, differing
+from vision_s2r.fit.camera.light import LEAST_FRAMES, STEADY, Differing, FrameLight, deciding_level, differing
 from vision_s2r.fit.camera.prediction import Pictures, without_encoder
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.reference import (
@@ -125,7 +125,7 @@ def worked(levels: Sequence[Pictures]) -> Sequence[Pictures]:
     return levels[-1:]
 
 
-def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -> Light:
+def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -> FrameLight:
     """The light that the frames have of their own: decided on small pictures, about the best geometry beside it.
 
     `values` is a fit in the light that all have alike, which tells whether it is worth looking.
@@ -141,11 +141,11 @@ def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -
     if len(every) < LEAST_FRAMES or not compared(values).plausible:
         return STEADY
     warps = [name for name in names if name in of_stage("warp") and not CAMERA_FITS[name].by_channel]
-    own = [replace(level, light=Light("field")) for level in levels[max(small - 1, 0) :]]
+    own = [replace(level, light=FrameLight("field")) for level in levels[max(small - 1, 0) :]]
     return compared(coarse(own, warps, {}, every)).light
 
 
-def hidden(light: Light, pictures: Pictures, names: Sequence[str]) -> dict[str, str]:
+def hidden(light: FrameLight, pictures: Pictures, names: Sequence[str]) -> dict[str, str]:
     """Those of `names` that frames in a light of their own could not show, with the reason."""
     lost = {name for name in names if name == "exposure" or (light.kind == "field" and name in of_stage("light"))}
     if light.kind == "field" and excitation.two_toned(pictures):

@@ -11,9 +11,9 @@ from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.contact import uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
-from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
-from vision_s2r.fit.contact.gap import Gap
+from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
 from vision_s2r.fit.likelihood import GAUSSIAN, log_density
@@ -52,7 +52,7 @@ class ContactCase:
         self.segments = len(recording)
         self.track = make_track(recording)
         self._windows = windows_of(self.track)
-        self._scales = Scales(self.track.nominal, self.track.shape, self.track.sample_time)
+        self._scales = ContactScales(self.track.nominal, self.track.shape, self.track.sample_time)
         self._terms = terms_of(self.track)
         self._lock = threading.Lock()
         self._prepare()
@@ -73,7 +73,7 @@ class ContactCase:
             best = fitter.fit(names_of(best) | {name}, episodes, best)
         self._fitter = self._fitter_of(best, overlap)
         best = self._fitter.fit(names_of(best), episodes, best)
-        self._gap = Gap(self._fitter, best)
+        self._gap = ContactGap(self._fitter, best)
         gains = self._fitter.gains(NOMINAL, sorted(self.library))
         idle = [name for name, gain in gains.items() if gain < DETECTABLE]
         self.not_excited: Mapping[str, str] = {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.fit.contact.windows import Track
+from vision_s2r.fit.contact.windows import ContactTrack
 
 STRONG = 3.0  # m/s²: a force of a term that would be plainly visible, and as sure as nothing is known of it
 UNEVEN = 0.5  # of a friction that depends on direction, likewise
@@ -35,7 +35,7 @@ class Term:
         return len(self.scale)
 
 
-def terms_of(track: Track) -> dict[str, Term]:
+def terms_of(track: ContactTrack) -> dict[str, Term]:
     """The terms for a recording, in the order of their coefficients in a machine's row."""
     speed = float(np.nanquantile(np.linalg.norm(track.states.state[..., 7:10], axis=-1), 0.98)) or 1.0
     middle = np.nanmean(track.position[..., :2], axis=(0, 1))

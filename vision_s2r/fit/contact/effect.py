@@ -3,16 +3,16 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from vision_s2r.contact import Nominal, Shape
+from vision_s2r.contact import NominalContact, Shape
 from vision_s2r.effects import Records
 from vision_s2r.fit.coordinates import ParameterRange, Setting
 
 
 @dataclass(frozen=True)
-class Scales:
+class ContactScales:
     """How large things are in a recording."""
 
-    nominal: Nominal
+    nominal: NominalContact
     shape: Shape
     sample_time: float  # s
 
@@ -21,9 +21,9 @@ class Scales:
 class ContactFit:
     """What fitting needs of one effect."""
 
-    ranges: Callable[[Scales], list[ParameterRange]]  # of the fitted parameters, in their order
-    starts: Callable[[Scales], list[Setting]]  # settings of which one is near any
-    plausible: Callable[[Scales], Setting]  # a size that an engineer would care about
+    ranges: Callable[[ContactScales], list[ParameterRange]]  # of the fitted parameters, in their order
+    starts: Callable[[ContactScales], list[Setting]]  # settings of which one is near any
+    plausible: Callable[[ContactScales], Setting]  # a size that an engineer would care about
     not_excited: str  # why a recording could not have shown it
     excited_by: str  # the motion that shows it
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough

@@ -6,22 +6,22 @@ import numpy as np
 
 from vision_s2r.fit.case import Hypothesis, Names
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
-from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import Predictor
-from vision_s2r.fit.contact.space import Space
+from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.selection import SCALE, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed
 
 
-class ContactFitter(Fitter[Space]):
+class ContactFitter(Fitter[ContactSpace]):
     """Maximum likelihood on some episodes of a track."""
 
     iterations = 7
 
     def __init__(
-        self, predictor: Predictor, scales: Scales, terms: Mapping[str, Term], floor: float, temper: float
+        self, predictor: Predictor, scales: ContactScales, terms: Mapping[str, Term], floor: float, temper: float
     ) -> None:
         super().__init__()
         self.runs, self.count = predictor, len(predictor.track.lengths)
@@ -36,9 +36,9 @@ class ContactFitter(Fitter[Space]):
         weight = np.repeat(windows.inside[index], 6, axis=1).astype(float)
         return Data(tuple(int(w) for w in index), weight, self.floor, self.temper)
 
-    def space(self, names: Iterable[str]) -> Space:
+    def space(self, names: Iterable[str]) -> ContactSpace:
         """The coordinates of these names."""
-        return Space(frozenset(names), self.scales, self.terms)
+        return ContactSpace(frozenset(names), self.scales, self.terms)
 
     def names_of(self, hypothesis: Hypothesis) -> Names:
         """Effects and terms of a hypothesis."""
@@ -78,7 +78,7 @@ class ContactFitter(Fitter[Space]):
         rest = flat - basis @ np.linalg.lstsq(basis, flat, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest) * float(self.temper[0])
 
-    def finish(self, space: Space, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
+    def finish(self, space: ContactSpace, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
         """The optimum next to a point."""
         if space.size == 0:
             _, scales = costs(self.runs, space, data, point[None])
@@ -103,7 +103,7 @@ class ContactFitter(Fitter[Space]):
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]
 
-    def _starts(self, space: Space, hypothesis: Hypothesis, name: str) -> np.ndarray:
+    def _starts(self, space: ContactSpace, hypothesis: Hypothesis, name: str) -> np.ndarray:
         if name in MEANINGS:
             return space.start(hypothesis)[None]
         grid = CONTACT_FITS[name].starts(self.scales)

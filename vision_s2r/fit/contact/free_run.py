@@ -14,7 +14,7 @@ WINDOW = 0.25  # s
 
 
 @dataclass(frozen=True)
-class Run:
+class ContactRun:
     """What a simulation makes of E episodes of T samples; NaN beyond an episode's end."""
 
     position: np.ndarray  # [E, T, 3] m
@@ -22,7 +22,7 @@ class Run:
     window: np.ndarray  # [E, T] int64: number of the window within its episode, -1 beyond the end
 
 
-def windowed(recording: ContactRecording, effects: Values) -> Run:
+def windowed(recording: ContactRecording, effects: Values) -> ContactRun:
     """The recording's windows under these effects."""
     track = make_track(recording)
     length = max(1, round(WINDOW / recording.sample_time))
@@ -43,4 +43,4 @@ def windowed(recording: ContactRecording, effects: Values) -> Run:
     angle = np.full((episodes, samples), np.nan)
     turn = Rotation.from_quat(recording.attitude[inside]) * Rotation.from_quat(attitude[inside]).inv()
     angle[inside] = turn.magnitude()
-    return Run(position, angle, window)
+    return ContactRun(position, angle, window)

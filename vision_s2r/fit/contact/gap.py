@@ -12,14 +12,14 @@ from vision_s2r.fit.case import Axis, Hypothesis, Samples
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.phases import phases_of
 from vision_s2r.fit.contact.predictor import Predictor, plain
-from vision_s2r.fit.contact.space import Space
+from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.windows import windows_of
 
 WINDOW = 0.1  # s
 REPLICAS, SEED = 4, 0  # of first states, drawn as uncertain as they are
 
 
-class Gap:
+class ContactGap:
     """Squared errors of the position, window by window."""
 
     def __init__(self, fitter: ContactFitter, best: Hypothesis) -> None:
@@ -62,7 +62,7 @@ class Gap:
         self._short_floor = self._perturbed(self._fitter.predictor, space, point).mean(axis=1)
         return self._perturbed(self._long, space, point)
 
-    def _perturbed(self, predictor: Predictor, space: Space, point: np.ndarray) -> np.ndarray:
+    def _perturbed(self, predictor: Predictor, space: ContactSpace, point: np.ndarray) -> np.ndarray:
         """Mean squared change [W, H] of predictions when first states are as uncertain as they are; and noise."""
         rng, track, w = np.random.default_rng(SEED), predictor.track, predictor.windows
         index = np.arange(len(w.first))

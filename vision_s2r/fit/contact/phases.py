@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.fit.case import Axis
-from vision_s2r.fit.contact.windows import STILL, Track, Windows
+from vision_s2r.fit.contact.windows import STILL, ContactTrack, Windows
 
 PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolling or tumbling", "at rest")
 PARTS = ("on a corner", "on an edge", "on a face")
@@ -15,7 +15,7 @@ TURNS = 0.5  # of the speed of the centre: a spin about the support's axes that 
 SPEEDS = 4  # bins
 
 
-def phases_of(track: Track, windows: Windows) -> tuple[Axis, ...]:
+def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
     """The axes of windows [W]."""
     state, lowest = track.states.state, track.lowest
     touching = lowest < track.near
@@ -37,7 +37,7 @@ def phases_of(track: Track, windows: Windows) -> tuple[Axis, ...]:
     return (*axes, Axis("part", PARTS, part)) if (part >= 0).any() else tuple(axes)
 
 
-def _phase(track: Track, state: np.ndarray, touching: np.ndarray, first: bool) -> int:
+def _phase(track: ContactTrack, state: np.ndarray, touching: np.ndarray, first: bool) -> int:
     if not touching.any():
         return 0
     if first:
@@ -54,7 +54,7 @@ def _phase(track: Track, state: np.ndarray, touching: np.ndarray, first: bool) -
     return 4 if tumbles or np.linalg.norm(slip, axis=1).mean() < SLIPS else 3
 
 
-def _part(track: Track, state: np.ndarray) -> int:
+def _part(track: ContactTrack, state: np.ndarray) -> int:
     """Corner, edge or face of a box, by how many of its corners are about as low as the lowest."""
     heights = Rotation.from_quat(state[3:7]).apply(track.shape.points)[:, 2]
     low = int((heights < heights.min() + 0.1 * track.shape.depth).sum())

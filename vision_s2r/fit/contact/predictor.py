@@ -13,8 +13,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import simulate
-from vision_s2r.fit.contact.space import Space
-from vision_s2r.fit.contact.windows import Track, Windows, difference
+from vision_s2r.fit.contact.space import ContactSpace
+from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
 
 STEP = 0.0025  # s, of the integrator in touch, at most
 FINER = 4  # times the steps, for the integrator's own error
@@ -24,7 +24,7 @@ FINER = 4  # times the steps, for the integrator's own error
 class Predictor:
     """Runs points of spaces over windows of a track."""
 
-    track: Track
+    track: ContactTrack
     windows: Windows
     whiten: np.ndarray  # [W, 6·H, 6·H] lower triangles, of residuals by horizon; beyond an episode's end 0
 
@@ -35,25 +35,27 @@ class Predictor:
         """Steps a sample."""
         return max(1, math.ceil(self.track.sample_time / STEP - 1e-9))
 
-    def residuals(self, space: Space, points: np.ndarray, windows: Sequence[int]) -> np.ndarray:
+    def residuals(self, space: ContactSpace, points: np.ndarray, windows: Sequence[int]) -> np.ndarray:
         """Whitened residuals [C, W, 6·H, 1] of points [C, D]."""
         index = np.asarray(windows)
         raw = self.differences(space, points, index)
         flat = raw.reshape(*raw.shape[:2], -1)
         return np.einsum("wij,cwj->cwi", self.whiten[index], flat, optimize=True)[..., None]
 
-    def differences(self, space: Space, points: np.ndarray, index: np.ndarray, finer: int = 1) -> np.ndarray:
+    def differences(self, space: ContactSpace, points: np.ndarray, index: np.ndarray, finer: int = 1) -> np.ndarray:
         """Measured less predicted poses [C, W, H, 6]."""
         states = self.run(space, points, index, self.windows.first[index], finer)
         return difference(self.windows.measured[index], states)
 
-    def slopes(self, space: Space, point: np.ndarray, windows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, space: ContactSpace, point: np.ndarray, windows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [W, 6·H, 1] of a point [D], and their change with each coordinate [D, W, 6·H, 1]."""
         points, steps = space.differences(point)
         residuals = self.residuals(space, points, windows)
         return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
 
-    def run(self, space: Space, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1) -> np.ndarray:
+    def run(
+        self, space: ContactSpace, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1
+    ) -> np.ndarray:
         """States [C, W, H, 13] at the horizons of windows, from other first states [W, 13] than theirs."""
         w = self.windows
         starts = w.sample[index] * self.track.sample_time
@@ -70,7 +72,7 @@ class Predictor:
         )
         return np.nan_to_num(states[:, :, w.steps])
 
-    def whitened(self, space: Space, point: np.ndarray) -> "Predictor":
+    def whitened(self, space: ContactSpace, point: np.ndarray) -> "Predictor":
         """The same with residuals in units of what is not known, at this point."""
         index = np.arange(len(self.windows.first))
         covariance = self.covariance(space, point, index)
@@ -78,7 +80,7 @@ class Predictor:
         whiten = np.linalg.inv(np.linalg.cholesky(covariance))
         return Predictor(self.track, self.windows, whiten * inside[:, :, None] * inside[:, None, :])
 
-    def covariance(self, space: Space, point: np.ndarray, index: np.ndarray) -> np.ndarray:
+    def covariance(self, space: ContactSpace, point: np.ndarray, index: np.ndarray) -> np.ndarray:
         """Of the differences [W, 6·H, 6·H] that a right machine leaves."""
         w, track = self.windows, self.track
         plain = self.run(space, point[None], index, w.first[index], 1)[0]
@@ -115,7 +117,7 @@ def _moved(first: np.ndarray, axis: int, by: np.ndarray) -> np.ndarray:
     return out
 
 
-def plain(track: Track, windows: Windows) -> Predictor:
+def plain(track: ContactTrack, windows: Windows) -> Predictor:
     """A predictor whose residuals are in units of the poses' noise alone."""
     size = 6 * len(windows.steps)
     sigma = np.tile(np.repeat(np.hypot(track.states.noise, track.bias), 3), len(windows.steps))

@@ -10,12 +10,12 @@ from vision_s2r.contact import COEFFICIENTS, Terms, column_of, pack
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.contact import effects as _effects  # noqa: F401  (fills CONTACT_FITS)
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
-from vision_s2r.fit.contact.effect import CONTACT_FITS, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.coordinates import Coordinates, ParameterRange
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coordinate(ParameterRange):
+class ContactCoordinate(ParameterRange):
     """The range of one effect's parameter."""
 
     effect: str
@@ -26,13 +26,15 @@ class Coordinate(ParameterRange):
         return column_of(self.effect, self.parameter)
 
 
-class Space(Coordinates):
+class ContactSpace(Coordinates):
     """The coordinates of a set of names on a track."""
 
-    def __init__(self, names: frozenset[str], scales: Scales, terms: Mapping[str, Term]) -> None:
+    def __init__(self, names: frozenset[str], scales: ContactScales, terms: Mapping[str, Term]) -> None:
         self.effects = sorted(names - MEANINGS.keys(), key=lambda name: (name not in COEFFICIENTS, name))
         self.coordinates = [
-            Coordinate(effect=name, **vars(each)) for name in self.effects for each in CONTACT_FITS[name].ranges(scales)
+            ContactCoordinate(effect=name, **vars(each))
+            for name in self.effects
+            for each in CONTACT_FITS[name].ranges(scales)
         ]
         self.parts = [term for name, term in terms.items() if name in names]
         self.terms = Terms(**{key: value for term in self.parts for key, value in term.part.items()})

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from vision_s2r.contact import Nominal, Shape
+from vision_s2r.contact import NominalContact, Shape
 from vision_s2r.fit.contact.bias import bias_of
 from vision_s2r.fit.contact.states import States, states_of
 from vision_s2r.recording import ContactRecording
@@ -43,10 +43,10 @@ class Windows:
 
 
 @dataclass(frozen=True)
-class Track:
+class ContactTrack:
     """A recording's states, in the frame of its support."""
 
-    nominal: Nominal
+    nominal: NominalContact
     shape: Shape
     sample_time: float
     states: States
@@ -63,7 +63,7 @@ class Track:
         return NEAR * self.shape.depth + 3 * self.states.noise[0]
 
 
-def make_track(recording: ContactRecording) -> Track:
+def make_track(recording: ContactRecording) -> ContactTrack:
     """The track of a recording."""
     states = states_of(recording)
     lowest = recording.shape.lowest(recording.position, recording.attitude)
@@ -79,8 +79,8 @@ def make_track(recording: ContactRecording) -> Track:
     states.state[..., 2] -= support
     bias = bias_of(recording, still & (np.abs(lowest - support) < reach), states.noise)
     states.sigma[..., :2] = np.hypot(states.sigma[..., :2], bias)
-    return Track(
-        nominal=Nominal(**recording.nominal),
+    return ContactTrack(
+        nominal=NominalContact(**recording.nominal),
         shape=recording.shape,
         sample_time=recording.sample_time,
         states=states,
@@ -93,7 +93,7 @@ def make_track(recording: ContactRecording) -> Track:
     )
 
 
-def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: bool = True) -> Windows:
+def windows_of(track: ContactTrack, span: float = SPAN, stride: float = STRIDE, thin: bool = True) -> Windows:
     """Windows over all episodes, each begun where its first state is known best, none where an impact hides it.
 
     With `thin` those in which little happens are fewer.
@@ -128,13 +128,13 @@ def windows_of(track: Track, span: float = SPAN, stride: float = STRIDE, thin: b
     )
 
 
-def _surest(track: Track, e: int, first: int, end: int) -> int:
+def _surest(track: ContactTrack, e: int, first: int, end: int) -> int:
     """The sample from first to end whose velocities are known best."""
     unknown = track.states.sigma[e, first:end, 2] + track.shape.reach * track.states.sigma[e, first:end, 3]
     return first + int(np.argmin(np.nan_to_num(unknown, nan=np.inf)))
 
 
-def _kept(track: Track, e: int, k: int, length: int, count: int) -> bool:
+def _kept(track: ContactTrack, e: int, k: int, length: int, count: int) -> bool:
     lowest = track.lowest[e, k : k + length + 1]
     speed = np.linalg.norm(track.states.state[e, k : k + length + 1, 7:10], axis=-1)
     flies = np.nanmin(lowest) > track.near

@@ -21,7 +21,7 @@ from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
-from vision_s2r.fit.joint.track import Track, fast_noise, led_by, make_track
+from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, SERVO, unit
 from vision_s2r.recording import JointRecording, split
@@ -67,7 +67,7 @@ class JointCase:
         self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
         grid = find_quantization_grid(recording.position, recording.lengths)
         derived = grid is not None and _is_derived(recording)
-        self.track: Track = make_track(recording, derived)
+        self.track: JointTrack = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
         # The damping that a model believes in is in part the motor's, which goes with its drive.
@@ -126,7 +126,7 @@ class JointCase:
         """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
         return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
 
-    def _make_fitter(self, track: Track) -> JointFitter:
+    def _make_fitter(self, track: JointTrack) -> JointFitter:
         observer = Observer(track, self._substeps, fast_noise(track.position))
         rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
         loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))

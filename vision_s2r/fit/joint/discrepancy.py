@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.signal import lfilter
 
-from vision_s2r.fit.joint.track import Scales, Track
+from vision_s2r.fit.joint.track import JointScales, JointTrack
 
 
 @dataclass(frozen=True)
@@ -41,25 +41,25 @@ def _table(name: str, axis: str, low: float, high: float, count: int, torque: fl
     )
 
 
-def _position(track: Track, scales: Scales) -> Discrepancy:
+def _position(track: JointTrack, scales: JointScales) -> Discrepancy:
     low, high = float(np.nanmin(track.position)), float(np.nanmax(track.position))
     turns = (high - low) / (2 * np.pi) if track.units == "rotary" else 1.0
     return _table("torque_of_position", "position", low, high, int(np.clip(8 * turns, 10, 20)), scales.peak_torque)
 
 
-def _velocity(track: Track, scales: Scales) -> Discrepancy:
+def _velocity(track: JointTrack, scales: JointScales) -> Discrepancy:
     peak = scales.peak_speed
     return _table("torque_of_velocity", "velocity", -peak, peak, 13, scales.peak_torque)
 
 
-def _time(track: Track, scales: Scales) -> Discrepancy:
+def _time(track: JointTrack, scales: JointScales) -> Discrepancy:
     return _table("torque_of_time", "time", 0.0, scales.duration, 9, scales.peak_torque)
 
 
 GAIN_KNOTS = 9
 
 
-def _gain(track: Track, scales: Scales) -> Discrepancy:
+def _gain(track: JointTrack, scales: JointScales) -> Discrepancy:
     peak = float(np.abs(track.command).max()) or 1.0
     knots = np.linspace(-peak, peak, GAIN_KNOTS)
     bound = np.full(GAIN_KNOTS, peak)
@@ -70,7 +70,7 @@ def _gain(track: Track, scales: Scales) -> Discrepancy:
     return Discrepancy("input_nonlinearity", GAIN_KNOTS, peak, -bound, bound, 0.5 * bound, command=command)
 
 
-def _lag(track: Track, scales: Scales) -> Discrepancy:
+def _lag(track: JointTrack, scales: JointScales) -> Discrepancy:
     """A first-order lag, exactly averaged over each sample; the coefficient is its time constant in samples."""
 
     def command(sent: np.ndarray, coefficient: np.ndarray) -> np.ndarray:
@@ -88,7 +88,7 @@ def _lag(track: Track, scales: Scales) -> Discrepancy:
 HARMONICS = (1, 2)
 
 
-def _sensor(track: Track, scales: Scales) -> Discrepancy:
+def _sensor(track: JointTrack, scales: JointScales) -> Discrepancy:
     """The encoder shows θ + a·sin θ + …; undone about, for what leads the observer."""
     turn = 1.0 if track.units == "rotary" else 2 * np.pi / scales.span
     size = 2 * len(HARMONICS)
@@ -123,7 +123,7 @@ def _sensor(track: Track, scales: Scales) -> Discrepancy:
     )
 
 
-DISCREPANCIES: dict[str, Callable[[Track, Scales], Discrepancy]] = {
+DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "torque_of_position": _position,
     "torque_of_velocity": _velocity,
     "torque_of_time": _time,

@@ -12,7 +12,7 @@ from vision_s2r.effects import Records
 from vision_s2r.fit.coordinates import ParameterRange, Setting
 
 if TYPE_CHECKING:  # the file of an effect holds its physics too, and is read before the simulator is there
-    from vision_s2r.fit.joint.track import Track
+    from vision_s2r.fit.joint.track import JointTrack
 
 Row = Mapping[str, float]  # a machine's columns by name
 
@@ -22,12 +22,12 @@ class JointFit:
     """What fitting needs of one effect. `row` is the machine that the effect is tried beside."""
 
     # (track, noise of the position) -> ranges of the fitted parameters, in their order.
-    ranges: Callable[[Track, float], list[ParameterRange]]
+    ranges: Callable[[JointTrack, float], list[ParameterRange]]
     # (track, row, residuals [E, T, channels] of that machine) -> settings of which one is near any.
-    starts: Callable[[Track, Row, np.ndarray], list[Setting]]
+    starts: Callable[[JointTrack, Row, np.ndarray], list[Setting]]
     # (track, row) -> a size that an engineer would care about; None: no size could show here. Without it, the effect
     # is never said to be not excited.
-    plausible: Callable[[Track, Row], Setting | None] | None = None
+    plausible: Callable[[JointTrack, Row], Setting | None] | None = None
     not_excited: str = ""  # why a recording could not have shown it
     # The motion that shows it; may hold {unit}, {quantity} (current, target), {effort} (torque), and {peak},
     # {slow}, {rate}, {fast} with formats.

@@ -14,7 +14,7 @@ import numpy as np
 from vision_s2r.fit.case import Experiment, Hypothesis, Names
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
-from vision_s2r.fit.joint.space import Space
+from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.joint import DYNAMICS, simulate
 
 SECONDS = 8.0  # of an episode
@@ -147,7 +147,7 @@ def _questions(
     track, channel = fitter.track, 0 if fitter.track.velocity is None else 1
     first = np.tile([design.start, 0.0], (len(commands), 1))
 
-    def run(space: Space, points: np.ndarray) -> np.ndarray:
+    def run(space: JointSpace, points: np.ndarray) -> np.ndarray:
         return simulate(
             space.machines(points),
             commands,

@@ -9,8 +9,8 @@ from vision_s2r.fit.case import Hypothesis, Names
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.observer import Observer
-from vision_s2r.fit.joint.space import Space
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.space import JointSpace
+from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.fit.likelihood import influence, profile
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.selection import SCALE, Fitter
@@ -31,13 +31,13 @@ class Floor:
     temper: np.ndarray  # [channels] effective samples a sample
 
 
-class JointFitter(Fitter[Space]):
+class JointFitter(Fitter[JointSpace]):
     """Maximum likelihood on some segments of a track."""
 
     assumed = frozenset({*DYNAMICS, "encoder_quantization"})
     iterations = 10
 
-    def __init__(self, track: Track, observer: Observer, floor: Floor, resolution: float | None) -> None:
+    def __init__(self, track: JointTrack, observer: Observer, floor: Floor, resolution: float | None) -> None:
         super().__init__()
         self.runs, self.count = observer, track.count
         self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
@@ -52,9 +52,9 @@ class JointFitter(Fitter[Space]):
         weight = inside[episodes].astype(float)
         return Data(tuple(int(e) for e in episodes), weight, self.floor.scale, self.floor.temper)
 
-    def space(self, names: Iterable[str]) -> Space:
+    def space(self, names: Iterable[str]) -> JointSpace:
         """The coordinates of these names."""
-        return Space(frozenset(names), self.track, self.observer.noise, self.resolution)
+        return JointSpace(frozenset(names), self.track, self.observer.noise, self.resolution)
 
     def names_of(self, hypothesis: Hypothesis) -> Names:
         """Effects and discrepancies of a hypothesis."""
@@ -99,7 +99,7 @@ class JointFitter(Fitter[Space]):
         rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
         return 0.5 * float(rest @ rest)
 
-    def finish(self, space: Space, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
+    def finish(self, space: JointSpace, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
         """The optimum next to a point."""
         iterations = iterations or 12
         strides = FINE_STRIDES if any(JOINT_FITS[name].rippled for name in space.effects) else (1.0,)
@@ -124,10 +124,10 @@ class JointFitter(Fitter[Space]):
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]
 
-    def _few_iterations(self, space: Space, point: np.ndarray, data: Data) -> Fitted:
+    def _few_iterations(self, space: JointSpace, point: np.ndarray, data: Data) -> Fitted:
         return minimize(self.observer, space, data, point, 2)
 
-    def _through_ripples(self, space: Space, point: np.ndarray, data: Data) -> Fitted:
+    def _through_ripples(self, space: JointSpace, point: np.ndarray, data: Data) -> Fitted:
         """Positions alone, and blurred: they know little of when exactly an impact was."""
         temper = np.full(len(data.temper), 1e-6)
         temper[0] = data.temper[0]
@@ -139,7 +139,7 @@ class JointFitter(Fitter[Space]):
         return Fitted(sharp.point, float(values[0]), scale[0])
 
     def _starts(
-        self, before: Space, here: np.ndarray, hypothesis: Hypothesis, name: str, data: Data
+        self, before: JointSpace, here: np.ndarray, hypothesis: Hypothesis, name: str, data: Data
     ) -> tuple[float, float, list[np.ndarray]]:
         """The cost at the hypothesis, at the best start of one more name, and its best starts.
 
@@ -162,7 +162,7 @@ class JointFitter(Fitter[Space]):
                 self._started[key] = now, float(values[order[0]]), [points[k] for k in order[:FOLLOWED]]
         return self._started[key]
 
-    def _slopes(self, before: Space, here: np.ndarray, names: Names, data: Data) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, before: JointSpace, here: np.ndarray, names: Names, data: Data) -> tuple[np.ndarray, np.ndarray]:
         """Residuals and slopes at a point; the last ones are kept, since many names are tried beside it."""
         key, kept = _key(names, here, "", data), self._sloped
         if key != kept[0]:
@@ -173,8 +173,8 @@ class JointFitter(Fitter[Space]):
         self,
         points: np.ndarray,
         name: str,
-        before: Space,
-        space: Space,
+        before: JointSpace,
+        space: JointSpace,
         now: tuple[np.ndarray, np.ndarray],  # residuals and slopes without the name
         scale: np.ndarray,
         data: Data,
@@ -194,9 +194,9 @@ class JointFitter(Fitter[Space]):
 
     def _grid(
         self,
-        before: Space,
+        before: JointSpace,
         here: np.ndarray,
-        space: Space,
+        space: JointSpace,
         hypothesis: Hypothesis,
         name: str,
         residuals: np.ndarray,

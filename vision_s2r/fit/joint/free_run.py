@@ -7,7 +7,7 @@ import numpy as np
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.slopes import slopes
 from vision_s2r.fit.joint.track import thinning
-from vision_s2r.joint import Nominal, pack, simulate
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording
 
 REACH = 2  # samples to either side (of those that a fit looks at) over which a velocity is read off positions
@@ -15,7 +15,7 @@ REACH = 2  # samples to either side (of those that a fit looks at) over which a 
 
 def free_run(recording: JointRecording, effects: Values) -> np.ndarray:
     """Position and velocity [E, T, 2] of a simulation that only knows the commands and each episode's first row."""
-    machine = pack(Nominal(**recording.nominal), effects)[None]
+    machine = pack(NominalJoint(**recording.nominal), effects)[None]
     return simulate(
         machine,
         recording.command,

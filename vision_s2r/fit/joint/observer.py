@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vision_s2r.fit.joint.space import Space
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.space import JointSpace
+from vision_s2r.fit.joint.track import JointTrack
 
 FAR = 1e100  # of a residual where a simulation runs away: its square is still a number
 
@@ -17,7 +17,7 @@ FAR = 1e100  # of a residual where a simulation runs away: its square is still a
 class Observer:
     """Runs points of spaces over episodes of a track."""
 
-    def __init__(self, track: Track, substeps: int, noise: float) -> None:
+    def __init__(self, track: JointTrack, substeps: int, noise: float) -> None:
         self.track, self.substeps, self.noise = track, substeps, noise
         self.channels = 1 if track.velocity is None else 2
 
@@ -26,7 +26,7 @@ class Observer:
         """What is predicted [E, T, channels]; NaN beyond an episode's end."""
         return self.track.observed[..., : self.channels]
 
-    def residuals(self, space: Space, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
+    def residuals(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
         """Measured less predicted [C, E, T, channels] of points [C, D]; beyond an episode's end 0."""
         measured = self.seen[list(episodes)]
         out = np.empty((len(points), *measured.shape))
@@ -37,18 +37,18 @@ class Observer:
             out[:, np.isnan(measured)] = 0.0
         return np.clip(out, -FAR, FAR, out=out)
 
-    def slopes(self, space: Space, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, space: JointSpace, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Residuals [E, T, channels] of a point [D], and their change with each coordinate [D, E, T, channels]."""
         points, steps = space.differences(point)
         residuals = self.residuals(space, points, episodes)
         return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
 
-    def led(self, space: Space, point: np.ndarray) -> np.ndarray:
+    def led(self, space: JointSpace, point: np.ndarray) -> np.ndarray:
         """States [E, T, 2] that the observer predicts for all episodes."""
         ((_, states),) = self._runs(space, point[None], range(len(self.track.lengths)))
         return states[0]
 
-    def _runs(self, space: Space, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
+    def _runs(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
         """States as the sensor shows them, of points that share command and measured states."""
         track, index = self.track, np.asarray(episodes)
         machines = space.machines(points)
@@ -62,7 +62,7 @@ class Observer:
                 states = shown(states, coefficients)
             yield members, states
 
-    def _inputs(self, space: Space, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
+    def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
         """Points that share a command, measured states and a sensor: (members, command, measured, sensor)."""
         track = self.track
         changing = [discrepancy for discrepancy in space.discrepancies if discrepancy.command or discrepancy.measured]

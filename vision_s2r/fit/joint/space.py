@@ -11,14 +11,14 @@ from vision_s2r.fit.coordinates import Coordinates, ParameterRange
 from vision_s2r.fit.joint import effects as _effects  # noqa: F401  (fills JOINT_FITS)
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, Discrepancy
 from vision_s2r.fit.joint.effect import JOINT_FITS
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.joint import COLUMNS, DYNAMICS, Tables, pack
 
 INDEX = {column: k for k, column in enumerate(COLUMNS)}
 
 
 @dataclass(frozen=True, kw_only=True)
-class Coordinate(ParameterRange):
+class JointCoordinate(ParameterRange):
     """The range of one effect's parameter."""
 
     effect: str
@@ -29,15 +29,15 @@ class Coordinate(ParameterRange):
         return INDEX[self.effect if self.effect in DYNAMICS else f"{self.effect}.{self.parameter}"]
 
 
-class Space(Coordinates):
+class JointSpace(Coordinates):
     """The coordinates of a set of names on a track."""
 
-    def __init__(self, names: frozenset[str], track: Track, noise: float, resolution: float | None = None) -> None:
+    def __init__(self, names: frozenset[str], track: JointTrack, noise: float, resolution: float | None = None) -> None:
         self.track, self._resolution = track, resolution
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
         self.coordinates = [
-            Coordinate(effect=name, **vars(each))
+            JointCoordinate(effect=name, **vars(each))
             for name in self.effects
             for each in JOINT_FITS[name].ranges(track, noise)
         ]

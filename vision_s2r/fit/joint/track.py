@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from vision_s2r.fit.joint.slopes import slopes
-from vision_s2r.joint import Nominal, Tables, simulate
+from vision_s2r.joint import NominalJoint, Tables, simulate
 from vision_s2r.recording import JointRecording
 
 LEAK = 1 / 30  # of the observer, a sample; a position servo holds its own state, and runs free
@@ -21,7 +21,7 @@ SMOOTH = (2, 15)  # samples to either side over which velocity is read off posit
 
 
 @dataclass(frozen=True)
-class Scales:
+class JointScales:
     """How large things are in this recording."""
 
     torque: float  # rms of the motor torque
@@ -43,7 +43,7 @@ class Scales:
 
 
 @dataclass(frozen=True)
-class Inputs:
+class EpisodeInputs:
     """What goes into E episodes, at every sample that there was, of which the track may keep fewer."""
 
     command: np.ndarray  # [E, N]
@@ -87,11 +87,11 @@ class Inputs:
 
 
 @dataclass(frozen=True)
-class Track:
+class JointTrack:
     """E episodes of T samples; see the recording for units. Rows beyond an episode's length are NaN, of command 0."""
 
-    nominal: Nominal
-    inputs: Inputs
+    nominal: NominalJoint
+    inputs: EpisodeInputs
     sample_time: float
     time: np.ndarray  # [E, T]
     units: str  # rotary | linear
@@ -116,11 +116,11 @@ class Track:
         return 0.0 if self.servo else LEAK
 
     @cached_property
-    def scales(self) -> Scales:
+    def scales(self) -> JointScales:
         """Of torque, speed and position."""
         torque = np.concatenate([row[:length] for row, length in zip(self.torque, self.lengths, strict=True)])
         speed = self.observed[..., 1]
-        return Scales(
+        return JointScales(
             torque=float(np.sqrt(np.mean(torque**2))) or 1e-9,
             peak_torque=float(np.abs(torque).max()) or 1e-9,
             speed=float(np.sqrt(np.nanmean(speed**2))) or 1e-9,
@@ -130,7 +130,7 @@ class Track:
         )
 
 
-def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
+def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTrack:
     """The track of a recording; its velocity is left out where it was derived from the encoder's positions."""
     step = thinning(recording)
     length = -(-recording.lengths // step)
@@ -144,9 +144,9 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
     smooth = _smoothed(position, length, time)
     observed = np.stack([position, smooth if velocity is None else velocity], axis=2)
     segment, count = _segments(length, position.shape)
-    nominal = Nominal(**recording.nominal)
+    nominal = NominalJoint(**recording.nominal)
     scale = None if recording.supply is None else recording.supply[:, ::step]
-    return Track(
+    return JointTrack(
         nominal=nominal,
         inputs=_inputs(recording, command, sample_time, length, step),
         sample_time=sample_time,
@@ -164,7 +164,7 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> Track:
     )
 
 
-def led_by(track: Track, predicted: np.ndarray) -> Track:
+def led_by(track: JointTrack, predicted: np.ndarray) -> JointTrack:
     """The track with velocities read off positions beside an observer's prediction [E, T, 2].
 
     Only what the prediction lacks is smoothed: what the commands cause at once is in it already.
@@ -189,17 +189,17 @@ def fast_noise(values: np.ndarray) -> float:
 
 def _inputs(
     recording: JointRecording, command: np.ndarray, sample_time: float, lengths: np.ndarray, step: int
-) -> Inputs:
+) -> EpisodeInputs:
     """A servo's targets are held: all of them go in, whichever samples are kept; a torque's mean says as much."""
     others = recording.supply, recording.external, recording.load_inertia
     if recording.servo:
         whole = recording.command, recording.sample_time, recording.lengths
-        return Inputs(*whole, recording.times, *others, every=step)
+        return EpisodeInputs(*whole, recording.times, *others, every=step)
     supply, external, load_inertia = (None if each is None else each[:, ::step] for each in others)
-    return Inputs(command, sample_time, lengths, recording.times, supply, external, load_inertia)
+    return EpisodeInputs(command, sample_time, lengths, recording.times, supply, external, load_inertia)
 
 
-def _torque(nominal: Nominal, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:
+def _torque(nominal: NominalJoint, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:
     if nominal.proportional_gain is not None:
         asked = nominal.proportional_gain * (command - observed[..., 0]) - nominal.derivative_gain * observed[..., 1]
         command = np.clip(np.nan_to_num(asked), -nominal.command_limit, nominal.command_limit)

@@ -13,7 +13,7 @@ from scipy.stats import t as student
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
-from vision_s2r.fit.joint.space import INDEX, Space
+from vision_s2r.fit.joint.space import INDEX, JointSpace
 from vision_s2r.fit.likelihood import NU, influence
 from vision_s2r.fit.selection import SCALE
 
@@ -29,7 +29,7 @@ AT_BOUND = 0.01  # of the range
 class BlockScores:
     """A fit's curvature and slope, in pieces."""
 
-    space: Space
+    space: JointSpace
     point: np.ndarray  # [D]
     curvature: np.ndarray  # [B, D, D] of each block
     slope: np.ndarray  # [B, D]
@@ -143,7 +143,7 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     return plain, reach
 
 
-def _to_machine(space: Space) -> np.ndarray:
+def _to_machine(space: JointSpace) -> np.ndarray:
     """[D, D] from coordinates to coded parameters: some are measured from others."""
     matrix = np.eye(space.size)
     columns = {c.column: k for k, c in enumerate(space.coordinates)}

@@ -19,14 +19,14 @@ from vision_s2r.gapbench.generate.appearance_scenes import (
     TABLE,
     Bullet,
     Look,
-    Pinhole,
+    Viewpoint,
     cast,
     grain,
     pinhole,
     shaded,
     solids,
 )
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw
+from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine
 from vision_s2r.gapbench.generate.camera_effects import Geometry, Sensor, photograph, quantize, to_coded, to_linear
 from vision_s2r.gapbench.generate.camera_strength import FAMILIES
 
@@ -44,10 +44,10 @@ Rng = np.random.Generator
 
 
 @dataclass(frozen=True)
-class Drawn:
+class DrawnScenes:
     """Scenes as the simulator has them and as they are: canvases [N, h, w, 3] coded; labels and depth of pictures."""
 
-    camera: Pinhole
+    camera: Viewpoint
     look: Look
     sim: Array
     real: Array
@@ -55,7 +55,7 @@ class Drawn:
     depth: Array  # [N, H, W] m
 
 
-def machine(case: str, index: int, split: str, rng: Rng) -> Machine:
+def machine(case: str, index: int, split: str, rng: Rng) -> SealedMachine:
     """Draw one scene of a case; see `generate.base`."""
     for _ in range(100):
         try:
@@ -65,7 +65,7 @@ def machine(case: str, index: int, split: str, rng: Rng) -> Machine:
     raise RuntimeError(f"no scene of case '{case}' number {index} in 100 draws")
 
 
-def _machine(case: str, index: int, rng: Rng) -> Machine:
+def _machine(case: str, index: int, rng: Rng) -> SealedMachine:
     effect = None if case == "null" else EFFECTS[index % len(EFFECTS)]
     by_rays = (index // len(EFFECTS)) % 2 == 0
     values: Effects = {}
@@ -83,7 +83,7 @@ def _machine(case: str, index: int, rng: Rng) -> Machine:
     if values and not MILD <= _apart(photograph(drawn.real, values, geometry, sensor, None), plain) <= SEVERE:
         raise Redraw
     answer = Answer(case, {**truth, **values}, severity=_apart(real, sim) / (255 * sensor.sigma))
-    return Machine(
+    return SealedMachine(
         replace(answer, notes={"by": "rays" if by_rays else "PyBullet", "ambient": drawn.look.ambient}),
         lambda folder: _write(folder, sim, real, drawn),
     )
@@ -94,7 +94,7 @@ def _apart(one: Array, other: Array) -> float:
     return float(np.sqrt(np.mean((one.astype(np.float64) - other) ** 2)))
 
 
-def _drawn(effect: str | None, by_rays: bool, rng: Rng) -> tuple[Drawn, Effects]:
+def _drawn(effect: str | None, by_rays: bool, rng: Rng) -> tuple[DrawnScenes, Effects]:
     """Scenes in the simulator's look, and in one that differs by an effect."""
     wide = SIZE + 2 * MARGIN
     camera = pinhole(wide, FOCAL, rng)
@@ -124,14 +124,14 @@ def _drawn(effect: str | None, by_rays: bool, rng: Rng) -> tuple[Drawn, Effects]
         measured = light[0] / light[1] if not by_rays else real.colours[label] / look.colours[label]
         truth[f"{label}.albedo"] = dict(zip(("red", "green", "blue"), measured.tolist(), strict=True))
     inner = slice(MARGIN, MARGIN + SIZE)
-    return Drawn(camera, look, sim, seen, labels[:, inner, inner], depth[:, inner, inner]), truth
+    return DrawnScenes(camera, look, sim, seen, labels[:, inner, inner], depth[:, inner, inner]), truth
 
 
 def _towards(turn: float, height: float) -> Array:
     return np.array([math.cos(turn) * math.cos(height), math.sin(turn) * math.cos(height), math.sin(height)])
 
 
-def _frame(camera: Pinhole, look: Look, real: Look, by_rays: bool, rng: Rng) -> tuple[Array, Array, Array, Array]:
+def _frame(camera: Viewpoint, look: Look, real: Look, by_rays: bool, rng: Rng) -> tuple[Array, Array, Array, Array]:
     """One scene: coded pictures [h, w, 3] in both looks, labels and depth [h, w]."""
     things = solids(rng)
     if by_rays:
@@ -147,7 +147,7 @@ def _frame(camera: Pinhole, look: Look, real: Look, by_rays: bool, rng: Rng) -> 
     return sim / 255, seen, labels, depth
 
 
-def _write(folder: Path, sim: Array, real: Array, drawn: Drawn) -> None:
+def _write(folder: Path, sim: Array, real: Array, drawn: DrawnScenes) -> None:
     """Write the recording into a folder that exists and is empty."""
     centre = (SIZE - 1) / 2
     camera = {"width": SIZE, "height": SIZE, "fx": FOCAL, "fy": FOCAL, "cx": centre, "cy": centre}

@@ -23,7 +23,7 @@ _MAT = (0.17, 0.13)  # m, half its sides
 
 
 @dataclass(frozen=True)
-class Pinhole:
+class Viewpoint:
     """A camera above the table that looks at its middle; x right, y down, z forward."""
 
     size: int
@@ -57,14 +57,14 @@ class Look:
     grain: Mapping[int, tuple[float, float]] = field(default_factory=dict)  # label -> standard deviation, length (px)
 
 
-def pinhole(size: int, focal: float, rng: Rng) -> Pinhole:
+def pinhole(size: int, focal: float, rng: Rng) -> Viewpoint:
     """A camera somewhere above the table."""
     turn, down = rng.uniform(0, 2 * math.pi), rng.uniform(0.75, 1.3)
     away = np.array([math.cos(turn) * math.cos(down), math.sin(turn) * math.cos(down), math.sin(down)])
     position = away * rng.uniform(0.55, 0.7)
     right = np.cross(-away, (0, 0, 1.0))
     right /= np.linalg.norm(right)
-    return Pinhole(size, focal, position, np.stack([right, np.cross(-away, right), -away]))
+    return Viewpoint(size, focal, position, np.stack([right, np.cross(-away, right), -away]))
 
 
 def solids(rng: Rng) -> list[Solid]:
@@ -85,7 +85,7 @@ def solids(rng: Rng) -> list[Solid]:
 # -- by rays -----------------------------------------------------------------------------------------------------------
 
 
-def cast(camera: Pinhole, things: list[Solid], fine: int = 1) -> tuple[Array, Array, Array]:
+def cast(camera: Viewpoint, things: list[Solid], fine: int = 1) -> tuple[Array, Array, Array]:
     """Labels [h, w], depth [h, w] (m) and normals [h, w, 3] (world), `fine` rays a pixel along each axis."""
     side = camera.size * fine
     at = ((np.arange(side) + 0.5) / fine - 0.5 - camera.centre) / camera.focal
@@ -123,7 +123,7 @@ def _box(thing: Solid, origin: Array, rays: Array) -> tuple[Array, Array]:
     return np.where(entry < far.min(-1), entry, np.inf), facing @ turn
 
 
-def shaded(camera: Pinhole, things: list[Solid], look: Look, rng: Rng) -> Array:
+def shaded(camera: Viewpoint, things: list[Solid], look: Look, rng: Rng) -> Array:
     """Linear light [H, W, 3]: colours times Lambert's shading, the mean of several rays a pixel."""
     labels, _, normals = cast(camera, things, _FINE)
     colours = np.zeros((256, 3))
@@ -148,7 +148,7 @@ def grain(shape: tuple[int, int], length: float, rng: Rng) -> Array:
 class Bullet:
     """The same scenes by PyBullet's TinyRenderer, which shades coded values; use as a context manager."""
 
-    def __init__(self, camera: Pinhole, things: list[Solid]) -> None:
+    def __init__(self, camera: Viewpoint, things: list[Solid]) -> None:
         self.camera, self.things = camera, things
 
     def __enter__(self) -> "Bullet":

@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.bullet import pybullet
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine
+from vision_s2r.gapbench.generate.base import Answer, Effects, SealedMachine
 
 CASES = ("null", "single", "pair")
 # s of the physics and the servo, Hz of the log; a torque that is held is half a step late
@@ -27,7 +27,7 @@ FIRST = (*SECOND, "payload", "velocity_limit")
 
 
 @dataclass(frozen=True)
-class Drive:
+class Servo:
     """A joint's servo as it is."""
 
     proportional_gain: float  # N·m/rad
@@ -49,7 +49,7 @@ class Chain:
     payload: tuple[float, float, float, float] | None = None  # kg, and where on the last link, m
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
     """An arm of two or three joints; cases take the effects in turn. No case differs between the splits."""
     chain, drives = _drawn(rng)
     joints = rng.permutation(len(drives))
@@ -70,10 +70,10 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Mach
             effects[f"joint{joint}.{name}"] = parameters
     answer = Answer(case, effects, notes={"masses": list(chain.masses), "lengths": list(chain.lengths)})
     log = _log(real, truth, rng)
-    return Machine(answer, lambda folder: _write(folder, chain, drives, log))
+    return SealedMachine(answer, lambda folder: _write(folder, chain, drives, log))
 
 
-def _drawn(rng: np.random.Generator) -> tuple[Chain, list[Drive]]:
+def _drawn(rng: np.random.Generator) -> tuple[Chain, list[Servo]]:
     """An arm and its servos, strong enough to carry it."""
     count = int(rng.integers(2, 4))
     lengths = rng.uniform(0.15, 0.3, count)
@@ -87,11 +87,11 @@ def _drawn(rng: np.random.Generator) -> tuple[Chain, list[Drive]]:
         inertia = float(masses[k:] @ reach**2) + 0.002
         gain = float(inertia * rng.uniform(15, 25) ** 2 + 4 * weight)
         damping = float(2 * rng.uniform(0.4, 0.8) * np.sqrt(gain * inertia))
-        drives.append(Drive(gain, float(2.5 * weight + 0.35 * gain), damping, float(0.04 * weight + 0.005 * gain)))
+        drives.append(Servo(gain, float(2.5 * weight + 0.35 * gain), damping, float(0.04 * weight + 0.005 * gain)))
     return chain, drives
 
 
-def _with(name: str, drive: Drive, rng: np.random.Generator) -> tuple[Drive, dict[str, float]]:
+def _with(name: str, drive: Servo, rng: np.random.Generator) -> tuple[Servo, dict[str, float]]:
     """A servo with an effect that shows, and the effect's parameters."""
     up = float(rng.uniform(1.3, 1.7))
     value: float
@@ -151,7 +151,7 @@ def _load(client: int, chain: Chain, folder: Path) -> int:
     return body
 
 
-def _log(chain: Chain, drives: list[Drive], rng: np.random.Generator) -> dict[str, np.ndarray]:
+def _log(chain: Chain, drives: list[Servo], rng: np.random.Generator) -> dict[str, np.ndarray]:
     """The log: episode, t, and of each joint command and position."""
     columns: dict[str, list[np.ndarray]] = {}
     rows = round(SECONDS * RATE)
@@ -177,7 +177,7 @@ def _motion(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     return np.asarray(sines + levels[(t / rng.uniform(0.5, 1.0)).astype(int)])
 
 
-def _run(chain: Chain, drives: list[Drive], commands: np.ndarray) -> np.ndarray:
+def _run(chain: Chain, drives: list[Servo], commands: np.ndarray) -> np.ndarray:
     """Positions [T, J] (rad) of an arm that starts at rest at 0 and is told `commands` [T, J]."""
     import tempfile
 
@@ -202,7 +202,7 @@ def _run(chain: Chain, drives: list[Drive], commands: np.ndarray) -> np.ndarray:
         pybullet.disconnect(physicsClientId=client)
 
 
-def _stepped(client: int, body: int, joints: list[int], drives: list[Drive], commands: np.ndarray) -> np.ndarray:
+def _stepped(client: int, body: int, joints: list[int], drives: list[Servo], commands: np.ndarray) -> np.ndarray:
     inner = round(1 / RATE / STEP)
     sent = [deque([0.0] * round(drive.delay / STEP)) for drive in drives]
     points = [0.0] * len(drives)
@@ -231,7 +231,7 @@ def _stepped(client: int, body: int, joints: list[int], drives: list[Drive], com
 # The recording
 
 
-def _write(folder: Path, chain: Chain, drives: list[Drive], log: dict[str, np.ndarray]) -> None:
+def _write(folder: Path, chain: Chain, drives: list[Servo], log: dict[str, np.ndarray]) -> None:
     names: Callable[[int], str] = "joint{}".format
     believed: dict[str, Any] = {
         names(j): {

@@ -62,7 +62,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Machine:
+class SealedMachine:
     """One machine: the truth, and a function that writes its recording into a folder that exists and is empty."""
 
     answer: Answer
@@ -73,7 +73,7 @@ class Redraw(Exception):  # noqa: N818  (a signal, no error)
     """What was drawn does not make a machine of its case: draw again."""
 
 
-def drawn(draw: Callable[[], Machine], what: str, draws: int = 200) -> Machine:
+def drawn(draw: Callable[[], SealedMachine], what: str, draws: int = 200) -> SealedMachine:
     """What `draw` makes, again while it raises `Redraw`; RuntimeError, naming `what`, after so many draws."""
     for _ in range(draws):
         try:

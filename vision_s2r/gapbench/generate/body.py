@@ -21,7 +21,7 @@ ROUNDS, TRIES = 3, 15  # of friction bounds, and of gradient steps in each
 MOST = 8  # points that touch
 
 
-class Body(NamedTuple):
+class TossedBody(NamedTuple):
     """A body, its support and what acts on it; SI units."""
 
     mass: float
@@ -54,7 +54,7 @@ class Body(NamedTuple):
     fade: float = 0.0  # 1/s: growth of the friction with time
 
 
-FIELDS = Body._fields
+FIELDS = TossedBody._fields
 
 
 @numba.njit(cache=True, nogil=True)
@@ -87,7 +87,7 @@ def _turn(q: np.ndarray, spin: np.ndarray, time: float) -> np.ndarray:
 
 
 @numba.njit(cache=True, nogil=True)
-def _friction(body: Body, place: float, time: float, vx: float, vy: float) -> float:
+def _friction(body: TossedBody, place: float, time: float, vx: float, vy: float) -> float:
     value = body.friction * (1 + body.fade * time)
     if place > body.patch_place:
         value *= 1 + body.patch
@@ -97,7 +97,7 @@ def _friction(body: Body, place: float, time: float, vx: float, vy: float) -> fl
 
 
 @numba.njit(cache=True, nogil=True)
-def _forces(body: Body, position: np.ndarray, velocity: np.ndarray, lowest: float) -> np.ndarray:
+def _forces(body: TossedBody, position: np.ndarray, velocity: np.ndarray, lowest: float) -> np.ndarray:
     """Acceleration of the centre of mass."""
     g = body.gravity
     speed = math.sqrt((velocity**2).sum())
@@ -177,7 +177,7 @@ def _impulses(
 
 @numba.njit(cache=True, nogil=True)
 def move(
-    body: Body,
+    body: TossedBody,
     points: np.ndarray,
     radius: float,
     inertia: np.ndarray,
@@ -253,7 +253,7 @@ def _arrival(arms: np.ndarray, gaps: np.ndarray, velocity: np.ndarray, spin: np.
 
 @numba.njit(cache=True, nogil=True)
 def _touched(
-    body: Body,
+    body: TossedBody,
     arms: np.ndarray,
     gaps: np.ndarray,
     inverse: np.ndarray,
@@ -326,7 +326,7 @@ def _touched(
 
 
 @numba.njit(cache=True, nogil=True)
-def _braked(body: Body, inverse: np.ndarray, spin: np.ndarray, total: float) -> np.ndarray:
+def _braked(body: TossedBody, inverse: np.ndarray, spin: np.ndarray, total: float) -> np.ndarray:
     """The spin after the torques of a step on springs, whose forces the step's velocities do not change."""
     flat = math.sqrt(spin[0] ** 2 + spin[1] ** 2)
     if body.rolling > 0 and flat > 0:

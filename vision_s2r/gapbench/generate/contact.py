@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate.base import Answer, Effects, Machine, Redraw, drawn
-from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, Body, move
+from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine, drawn
+from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, TossedBody, move
 
 CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
 TOSSES, SHOWN = 24, 4  # in a recording, and of them to measure how an effect shows
@@ -26,14 +26,14 @@ WINDOW = 0.25  # s
 ACTS = 0.1  # of the largest change that an effect makes to a window: it acts where its change is larger
 APART = {"restitution", "contact_compliance"}  # what they do together depends on whose spring it is
 
-Family = Callable[[float, Body, np.random.Generator], dict[str, float]]
+Family = Callable[[float, TossedBody, np.random.Generator], dict[str, float]]
 
 
 @dataclass(frozen=True)
 class Setting:
     """What the simulator believes, how the body is thrown, and the noise of its poses."""
 
-    nominal: Body
+    nominal: TossedBody
     shape: dict[str, Any]  # as a recording's header has it
     points: np.ndarray
     radius: float
@@ -46,7 +46,7 @@ class Setting:
     velocity_noise: tuple[float, float] | None  # m/s, rad/s
 
     def tossed(
-        self, body: Body, first: np.ndarray | None = None, samples: int | None = None, longest: float = FINE
+        self, body: TossedBody, first: np.ndarray | None = None, samples: int | None = None, longest: float = FINE
     ) -> np.ndarray:
         """States [E, T, 13]."""
         starts = self.first if first is None else first
@@ -58,7 +58,7 @@ class Setting:
             ]
         )
 
-    def severity(self, body: Body, without: Body) -> float:
+    def severity(self, body: TossedBody, without: TossedBody) -> float:
         """How far two bodies come apart in windows that begin alike, in units of the poses' noise."""
         length = max(2, round(WINDOW / self.sample_time))
         states = self.tossed(body, self.first[:: TOSSES // SHOWN - 1][:SHOWN], longest=COARSE)
@@ -72,10 +72,10 @@ class Setting:
         return float(np.median(acting)) / self.noise[0] if len(acting) else 0.0
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
     """Draw one machine of a case; see `generate.base`."""
 
-    def draw() -> Machine:
+    def draw() -> SealedMachine:
         setting = _setting(rng)
         body, answer = _DRAWN[case](setting, index, split, rng)
         return recorded(setting, body, answer, rng)
@@ -85,7 +85,7 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Mach
 
 def _setting(rng: np.random.Generator) -> Setting:
     """A body of the size of a hand, its tosses and its sensors."""
-    nominal = Body(
+    nominal = TossedBody(
         mass=float(f"{rng.uniform(0.1, 0.6):.3g}"),
         friction=float(f"{rng.uniform(0.15, 0.6):.2g}"),
         restitution=float(f"{rng.uniform(0.0, 0.4):.2g}"),
@@ -158,24 +158,24 @@ def _quaternion(r: np.ndarray) -> np.ndarray:
 _ANGLE = 2 * math.pi
 
 
-def _friction(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _friction(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     return {"friction": body.friction * 3.0 ** (rng.choice([-1.0, 1.0]) * x)}
 
 
-def _restitution(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _restitution(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     end = rng.choice([0.0, 0.8]) if body.restitution > 0.15 else 0.8
     return {"restitution": body.restitution + x * (end - body.restitution)}
 
 
-def _rolling(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _rolling(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     return {"rolling": 0.02 * x}
 
 
-def _spinning(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _spinning(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     return {"spinning": 0.03 * x}
 
 
-def _compliance(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _compliance(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     frequency = 60.0 * 30 ** (1 - x)  # rad/s on one point
     return {
         "stiffness": body.mass * frequency**2,
@@ -183,17 +183,17 @@ def _compliance(x: float, body: Body, rng: np.random.Generator) -> dict[str, flo
     }
 
 
-def _center(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _center(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     way = rng.normal(size=3)
     way *= 0.02 * x / np.linalg.norm(way)
     return dict(zip(("center_x", "center_y", "center_z"), way.tolist(), strict=True))
 
 
-def _rounded(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _rounded(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     return {"rounding": 0.015 * x}
 
 
-def _tilt(x: float, body: Body, rng: np.random.Generator) -> dict[str, float]:
+def _tilt(x: float, body: TossedBody, rng: np.random.Generator) -> dict[str, float]:
     angle = rng.uniform(0, _ANGLE)
     return {"roll": 0.2 * x * math.cos(angle), "pitch": 0.2 * x * math.sin(angle)}
 
@@ -235,20 +235,20 @@ UNKNOWN: dict[str, dict[str, Family]] = {
 # Drawing bodies, one function a case: (setting, index, split, rng) -> the body and its answer. Raises Redraw.
 
 
-def _null(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _null(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     return setting.nominal, Answer("null")
 
 
-def _dynamics(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _dynamics(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     names = (COEFFICIENTS[index % 2],) if index % 3 else COEFFICIENTS
     return _with_effects(setting, "dynamics", names, rng)
 
 
-def _single(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _single(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     return _with_effects(setting, "single", (list(LIBRARY)[index % len(LIBRARY)],), rng)
 
 
-def _pair(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _pair(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     first = list(LIBRARY)[index % len(LIBRARY)]
     second = str(rng.choice([name for name in LIBRARY if name != first]))
     if {first, second} == APART:
@@ -256,25 +256,25 @@ def _pair(setting: Setting, index: int, split: str, rng: np.random.Generator) ->
     return _with_effects(setting, "pair", (first, second), rng)
 
 
-def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _unknown(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     name = list(UNKNOWN[split])[index % len(UNKNOWN[split])]
     body = _of_severity(setting, setting.nominal, UNKNOWN[split][name], rng, (2 * MILD, SEVERE))
     return body, Answer("unknown", unknown=name)
 
 
-def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _weak(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     name = list(LIBRARY)[index % len(LIBRARY)]
     body = _of_severity(setting, setting.nominal, LIBRARY[name][0], rng, WEAK)
     return body, Answer("weak", optional=_effects(body, (name,)))
 
 
-def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[Body, Answer]:
+def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
     body, answer = _single(setting, index, split, rng)
     (name,) = answer.effects
     return body, replace(answer, case="left_out", effects={}, withhold=name, where=[])
 
 
-_DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[Body, Answer]]] = {
+_DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[TossedBody, Answer]]] = {
     "null": _null,
     "dynamics": _dynamics,
     "single": _single,
@@ -285,7 +285,9 @@ _DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[Body,
 }
 
 
-def _with_effects(setting: Setting, case: str, names: tuple[str, ...], rng: np.random.Generator) -> tuple[Body, Answer]:
+def _with_effects(
+    setting: Setting, case: str, names: tuple[str, ...], rng: np.random.Generator
+) -> tuple[TossedBody, Answer]:
     """A body with these effects, each of which shows beside the others."""
     body = setting.nominal
     for name in names:
@@ -304,8 +306,8 @@ def _with_effects(setting: Setting, case: str, names: tuple[str, ...], rng: np.r
 
 
 def _of_severity(
-    setting: Setting, without: Body, family: Family, rng: np.random.Generator, bounds: tuple[float, float]
-) -> Body:
+    setting: Setting, without: TossedBody, family: Family, rng: np.random.Generator, bounds: tuple[float, float]
+) -> TossedBody:
     """The member of a family that differs from `without` by a severity drawn uniformly in its logarithm."""
     target = math.exp(rng.uniform(*np.log(bounds)))
     seed = int(rng.integers(2**31))
@@ -324,7 +326,7 @@ def _of_severity(
     raise Redraw
 
 
-def _effects(body: Body, names: tuple[str, ...]) -> Effects:
+def _effects(body: TossedBody, names: tuple[str, ...]) -> Effects:
     """The parameters of these effects, in the vocabulary's names."""
     return {name: {key: float(getattr(body, field)) for key, field in LIBRARY[name][1].items()} for name in names}
 
@@ -332,7 +334,7 @@ def _effects(body: Body, names: tuple[str, ...]) -> Effects:
 # The recording
 
 
-def recorded(setting: Setting, body: Body, answer: Answer, rng: np.random.Generator) -> Machine:
+def recorded(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.Generator) -> SealedMachine:
     states = setting.tossed(body)
     position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
     attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
@@ -346,7 +348,7 @@ def recorded(setting: Setting, body: Body, answer: Answer, rng: np.random.Genera
         severity=setting.severity(body, setting.nominal) if body != setting.nominal else 0.0,
         notes={"noise": list(setting.noise), "shape": setting.shape, "machine": changed},
     )
-    return Machine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
+    return SealedMachine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
 
 
 def _jolted(q: np.ndarray, turn: np.ndarray) -> np.ndarray:

@@ -2,30 +2,30 @@
 
 import math
 
-from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, Scales
+from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, ContactScales
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 
 STIFFNESSES, RATIOS = (0.45, 0.6, 0.75, 0.88), (0.1, 0.4)  # starts: between soft and hard, and of critical damping
 PLAUSIBLE = 0.65
 
 
-def soft(s: Scales) -> float:
+def soft(s: ContactScales) -> float:
     """Stiffness (N/m) of a point into which a body sinks by half of its depth."""
     return s.nominal.mass * s.nominal.gravity / (0.5 * s.shape.depth)
 
 
-def hard(s: Scales) -> float:
+def hard(s: ContactScales) -> float:
     """Stiffness (N/m) of a point whose impacts last a tenth of a sample."""
     return 0.25 * s.nominal.mass * (10 * math.pi / s.sample_time) ** 2
 
 
-def spring(s: Scales, place: float, ratio: float) -> Setting:
+def spring(s: ContactScales, place: float, ratio: float) -> Setting:
     """A spring at a place from soft (0) to hard (1), with a share of its critical damping."""
     stiffness = soft(s) * (hard(s) / soft(s)) ** place
     return {"stiffness": stiffness, "damping": ratio * math.sqrt(stiffness * s.nominal.mass)}
 
 
-def ranges(s: Scales) -> list[ParameterRange]:
+def ranges(s: ContactScales) -> list[ParameterRange]:
     """What the fit moves."""
     middle = spring(s, 0.5, 1.0)["damping"]
     return [log("stiffness", soft(s), hard(s), 0.02), log("damping", 1e-3 * middle, 1e2 * middle, 0.03, 3.0)]

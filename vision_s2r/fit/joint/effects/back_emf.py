@@ -4,21 +4,21 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     damping = track.scales.damping
     return [linear("damping", 0.0, 20 * damping + 5 * track.nominal.viscous_damping, damping)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start: the damping that there is, parted in several ways; the fit takes the rest off b."""
     return [{"damping": part * max(row["viscous_damping"], track.scales.damping)} for part in (0.2, 0.6, 0.9)]
 
 
-def plausible(track: Track, row: Row) -> Setting | None:
+def plausible(track: JointTrack, row: Row) -> Setting | None:
     """A size that an engineer would care about; none where the drive is never off."""
     scale = track.inputs.scale
     off = scale is not None and bool((scale <= 0).any())

@@ -7,14 +7,14 @@ from scipy.signal import cont2discrete, lfilter, ss2tf
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import LEAK, Track
+from vision_s2r.fit.joint.track import LEAK, JointTrack
 
 TEETH = 12  # of a turn, or of the travel: a plausible motor
 PROPOSED = 4  # numbers of teeth proposed
 MOST_TEETH = 400  # numbers tried
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
     return [
@@ -23,7 +23,7 @@ def ranges(track: Track, noise: float) -> list[ParameterRange]:
     ]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Which sine of position, through the observer, is most like the residual: a periodogram."""
     slowest = 2 * math.pi / track.scales.span
     fastest = min(0.6 * math.pi / (track.scales.speed * track.sample_time), MOST_TEETH * slowest)
@@ -44,14 +44,14 @@ def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
     return [{"amplitude": float(max(amplitude[k], 1e-3 * track.scales.torque)), "teeth": float(teeth[k])} for k in best]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     s = track.scales
     teeth = TEETH if track.units == "rotary" else TEETH * 2 * math.pi / s.span
     return {"amplitude": 0.05 * s.peak_torque, "teeth": teeth}
 
 
-def _observer_response(torque: np.ndarray, track: Track, row: Row, channels: int) -> np.ndarray:
+def _observer_response(torque: np.ndarray, track: JointTrack, row: Row, channels: int) -> np.ndarray:
     """What a small torque [..., E, T] leaves in the last channel of the observer's residual: a linear filter."""
     if track.servo:
         return _servo_response(torque, track, row, channels)
@@ -63,7 +63,7 @@ def _observer_response(torque: np.ndarray, track: Track, row: Row, channels: int
     return velocity if channels == 2 else lfilter([0.0, step], [1.0, -keep], velocity, axis=-1)
 
 
-def _servo_response(torque: np.ndarray, track: Track, row: Row, channels: int) -> np.ndarray:
+def _servo_response(torque: np.ndarray, track: JointTrack, row: Row, channels: int) -> np.ndarray:
     """The same of a position servo, which runs free: its own law is the filter. (Samples are taken as even.)"""
     stiffness = row["torque_constant"] * row["proportional_gain"]
     damping = row["viscous_damping"] + row["torque_constant"] * row["derivative_gain"]

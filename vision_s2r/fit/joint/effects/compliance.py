@@ -6,10 +6,10 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     inertia, slow, fast = track.nominal.inertia, 2 * math.pi * 0.3, 2 * math.pi * 0.4 / track.sample_time
     return [
@@ -18,7 +18,7 @@ def ranges(track: Track, noise: float) -> list[ParameterRange]:
     ]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     frequencies = [f for f in (2.5, 5, 9, 15, 25) if f < 0.35 / track.sample_time]
     springs = [row["inertia"] / 4 * (2 * math.pi * f) ** 2 for f in frequencies]
@@ -27,7 +27,7 @@ def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
     ]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     frequency = min(10.0, 0.2 / track.sample_time)
     stiffness = row["inertia"] / 4 * (2 * math.pi * frequency) ** 2

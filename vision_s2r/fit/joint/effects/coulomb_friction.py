@@ -4,21 +4,21 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
     return [linear("value", 0.0, 2 * s.peak_torque, s.torque, s.peak_torque)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     return [{"value": track.nominal.coulomb_friction + 0.02 * track.scales.torque}]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     return {"value": row["coulomb_friction"] * 1.2 + 0.005 * track.scales.peak_torque}
 

@@ -4,21 +4,21 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     nominal = track.nominal.inertia
     return [log("value", nominal / 20, nominal * 20, prior=2.0)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     return [{"value": track.nominal.inertia * x} for x in (0.9, 1.1)]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     return {"value": row["inertia"] * 1.1}
 

@@ -4,17 +4,17 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 LONG, BUS = 0.1, (0.005, 0.015, 0.03, 0.06)  # s
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     return [linear("delay", 0.0, max(20 * track.sample_time, 0.1), 10 * track.sample_time)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     samples = [x * track.sample_time for x in (0.3, 0.7, 1.3, 2.2, 3.5, 5.5, 8.0)]
     if track.servo:  # whose rows are far apart, or close, compared with a delay on its bus
@@ -22,7 +22,7 @@ def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
     return [{"delay": delay} for delay in samples]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     return {"delay": 0.5 * track.sample_time}
 

@@ -4,21 +4,21 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     nominal = track.nominal.proportional_gain or 1.0
     return [log("value", nominal / 10, nominal * 10)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     return [{"value": row["proportional_gain"] * x} for x in (0.8, 1.25)]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     return {"value": 1.1 * row["proportional_gain"]}
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
     return [
@@ -16,7 +16,7 @@ def ranges(track: Track, noise: float) -> list[ParameterRange]:
     ]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     s = track.scales
     return [
@@ -26,7 +26,7 @@ def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
     ]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     s = track.scales
     return {

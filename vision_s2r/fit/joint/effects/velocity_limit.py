@@ -4,20 +4,20 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     return [log("value", 0.05 * track.scales.peak_speed, 20 * track.scales.peak_speed, 0.005)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     return [{"value": x * track.scales.peak_speed} for x in (0.4, 0.7, 0.9, 1.1)]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     return {"value": 1.2 * track.scales.peak_speed}
 

@@ -4,21 +4,21 @@ import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
-from vision_s2r.fit.joint.track import Track
+from vision_s2r.fit.joint.track import JointTrack
 
 
-def ranges(track: Track, noise: float) -> list[ParameterRange]:
+def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
     return [linear("value", 0.0, 20 * (s.damping + track.nominal.viscous_damping), s.damping, 3 * s.damping)]
 
 
-def starts(track: Track, row: Row, residuals: np.ndarray) -> list[Setting]:
+def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
     return [{"value": track.nominal.viscous_damping + 0.1 * track.scales.torque / track.scales.speed}]
 
 
-def plausible(track: Track, row: Row) -> Setting:
+def plausible(track: JointTrack, row: Row) -> Setting:
     """A size that an engineer would care about."""
     s = track.scales
     return {"value": row["viscous_damping"] + 0.1 * s.peak_torque / max(s.top_speed(row), 1e-12)}
