@@ -125,3 +125,12 @@ def test_a_servo_that_holds_still_has_no_gap_rather_than_no_noise():
     still.position[:, 100:] = 0.0015
     case = open_case(replace(still, nominal={**NOMINAL, "coulomb_friction": 0.5}))
     assert np.isfinite(case.excess(Hypothesis(), range(5))).all() and 1e-8 < case.noise[0] < 1e-6
+
+
+def test_a_load_that_swings_while_the_drive_is_off_is_found_from_far():
+    """Swings that fall out of step with the measured ones would hold a free run's fit in another optimum."""
+    truth = {"gravity_torque": 1.2, "viscous_damping": 0.02, "inertia": 0.016, "coulomb_friction": 0.01}
+    effects = {name: {"value": value} for name, value in truth.items()}
+    case = open_case(a_servo(50.0, effects, seconds=6.0, on=np.where(np.arange(300) < 60, 1.0, 0.0)))
+    found = case.fit(case.refitted, range(case.segments), None).values
+    assert {name: found[name]["value"] for name in truth} == pytest.approx(truth, rel=0.05)

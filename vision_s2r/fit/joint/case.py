@@ -179,7 +179,7 @@ class JointCase:
         track = self.track
         velocity = np.nan_to_num(track.observed[..., 1])
         followed = lfilter([0.0, track.leak], [1.0, track.leak - 1.0], velocity, axis=1)  # the observer makes up for it
-        late = SKEW * track.sample_time * (velocity - followed)
+        late = SKEW * track.sample_time * (velocity - np.where(track.led, followed, 0.0))
         return np.array([np.mean(late[track.segment >= 0] ** 2), 0.0])[: self._fitter.observer.channels]
 
     def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:

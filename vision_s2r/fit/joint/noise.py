@@ -76,6 +76,7 @@ def inflation(fitter: JointFitter, hypothesis: Hypothesis, noise: np.ndarray) ->
         measured = truth.copy()
         for channel in range(observer.channels):
             measured[..., channel] += rng.normal(0, np.sqrt(noise[channel]), truth.shape[:2])
-        seen = run(observed=measured, leak=track.leak)[0] if track.leak else truth
+        led = np.where(track.led[..., None], measured, np.nan)
+        seen = run(observed=led, leak=track.leak)[0] if track.leak else truth
         total += np.nanmean((measured - seen)[..., : observer.channels] ** 2, axis=(0, 1))
     return np.maximum(total / REPLICAS / np.maximum(noise, 1e-300), 1.0)

@@ -1,7 +1,8 @@
 """The residual that the search looks at: of an observer, which leaks a little of the measured state into itself.
 
 A free run drifts, and a restart at every sample shows noise; a leaky observer keeps one smooth landscape. Its residual
-is the error of predictions about thirty samples deep. A position servo needs none: its own law leads it back.
+is the error of predictions about thirty samples deep. A position servo needs none while its drive is on: its own law
+leads it back. A load that swings while the drive is off has only the observer.
 """
 
 from collections.abc import Sequence
@@ -56,8 +57,10 @@ class Observer:
             first = track.first[index]
             # Where an episode begins at rest, its velocity is no measurement.
             first = np.where(first == track.observed[index, 0], measured[:, 0], first)
-            led = {"observed": measured, "leak": track.leak} if track.leak else {}
-            states = track.inputs.run(machines[members], first, self.substeps, space.tables, index, command, **led)
+            led = np.where(track.led[index][..., None], measured, np.nan) if track.leak else None
+            states = track.inputs.run(
+                machines[members], first, self.substeps, space.tables, index, command, led, track.leak
+            )
             for shown, coefficients in sensor:
                 states = shown(states, coefficients)
             yield members, states

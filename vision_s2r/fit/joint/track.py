@@ -10,7 +10,7 @@ from vision_s2r.fit.joint.slopes import slopes
 from vision_s2r.joint import NominalJoint, Tables, simulate
 from vision_s2r.recording import JointRecording
 
-LEAK = 1 / 30  # of the observer, a sample; a position servo holds its own state, and runs free
+LEAK = 1 / 30  # of the observer, a sample; a position servo whose drive is on holds its own state, and runs free
 LEAST_UNITS = 5  # fewer episodes than these are cut into stretches …
 STRETCHES = 8  # … this many in all
 LEAST_STRETCH = 60  # samples
@@ -67,6 +67,9 @@ class EpisodeInputs:
         leak: float = 0.0,
     ) -> np.ndarray:
         """States [C, E, T, 2] of machines in these episodes, under another command if one is given."""
+        if observed is not None and self.every > 1:
+            kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
+            observed[:, :: self.every] = kept
         states = simulate(
             machines,
             self.command[episodes] if command is None else command,
@@ -110,10 +113,18 @@ class JointTrack:
         """Whether commands are the targets of a position servo."""
         return self.nominal.proportional_gain is not None
 
-    @property
+    @cached_property
+    def led(self) -> np.ndarray:
+        """Samples [E, T] at which the observer is led: a servo's while its drive is off and the load swings on."""
+        if not self.servo:
+            return np.ones(self.position.shape, dtype=bool)
+        scale = self.inputs.scale
+        return np.zeros(self.position.shape, dtype=bool) if scale is None else scale[:, :: self.inputs.every] <= 0
+
+    @cached_property
     def leak(self) -> float:
-        """Of the observer, a sample."""
-        return 0.0 if self.servo else LEAK
+        """Of the observer, a sample; 0 where it is never led."""
+        return LEAK if self.led.any() else 0.0
 
     @cached_property
     def scales(self) -> JointScales:
