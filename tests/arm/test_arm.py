@@ -2,12 +2,17 @@
 
 import mujoco
 import numpy as np
-from recordings import DRIVE, TWO_LINKS, joint_row
+from recordings import DRIVE, TWO_LINKS, an_arm, joint_row
 from scipy.integrate import solve_ivp
 
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.arm.simulate import simulate
+from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.arm.problems import motions, problems
+from vision_s2r.fit.joint.effects import inertia
+from vision_s2r.fit.joint.free_run import free_run
+from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import NominalJoint, pack
 from vision_s2r.joint import simulate as one_joint
 
@@ -49,15 +54,15 @@ def test_a_free_run_is_that_of_mujoco():
 def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
     effects = ({"backlash": {"width": 0.02}}, {"latency": {"delay": 0.013}})
     machines = np.array([joint_row(each) for each in effects])
-    fine = np.arange(0, T[-1], 0.002)
-    held = COMMAND[:, np.searchsorted(T, fine + 1e-9, side="right") - 1]
-    states = simulate(the_bodies(), machines, held, FIRST, fine).states
-    rates = np.gradient(states[..., 1], 0.002, axis=1)
-    torque, inertia = the_bodies().loads(states[..., 0].T, states[..., 1].T, rates.T)
-    for j in range(2):
-        loads = {"external": torque[None, :, j], "load_inertia": inertia[None, :, j]}
-        alone = one_joint(machines[j : j + 1], held[j : j + 1], FIRST[j : j + 1], 0.002, **loads)[0, 0]
-        assert np.sqrt(np.mean((alone[:, 0] - states[j, :, 0]) ** 2)) < 2e-3
+    run = simulate(the_bodies(), machines, COMMAND, FIRST, T)
+    inertia = the_bodies().loads(*run.states.T, np.zeros((len(T), 2)))[1]
+    parts = len(run.load) // len(T)
+    assert parts == 5  # where a command steps, a load changes within a row
+    for j, apart in enumerate((1e-3, 1e-6)):  # impacts of play tell even the inertias apart
+        own = np.interp(np.arange(len(T) * parts) + 0.5, np.arange(len(T)) * parts, inertia[:, j])
+        loads = {"external": run.load[None, :, j], "load_inertia": own[None]}
+        alone = one_joint(machines[j : j + 1], COMMAND[j : j + 1], FIRST[j : j + 1], 0.01, **loads)[0, 0]
+        assert np.sqrt(np.mean((alone[:, 0] - run.states[j, :, 0]) ** 2)) < apart
 
 
 def test_a_payload_weighs_on_every_joint_before_it():
@@ -81,3 +86,14 @@ def test_an_inertia_that_changes_is_integrated():
         state = solve_ivp(motion, (0, 0.01), state, rtol=1e-9, atol=1e-12).y[:, -1]
         expected.append(state)
     np.testing.assert_allclose(found, expected, atol=4e-3)
+
+
+def test_noise_of_the_measured_motion_loads_no_joint():
+    recording = an_arm(noise=2e-4)
+    made = problems(recording, motions(FreeRuns(recording), {}), {})
+    for name, joint in made.joints.items():
+        rest = joint.position - free_run(joint, {})[..., 0]
+        assert np.sqrt(np.mean(rest**2)) < 1.1 * 2e-4, name
+        assert inertia.ranges(make_track(joint, False), 2e-4)[0].low == np.log(
+            joint.least_inertia
+        )  # a rotor's is not negative

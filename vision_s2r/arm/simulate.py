@@ -1,5 +1,6 @@
 """A free run of a whole arm."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from vision_s2r.joint.tables import Tables
 
 STEP, SHORTEST = 0.002, 0.00025  # s
 SWING = 0.25  # rad of a servo's oscillation in a step
+ROUNDING = 1e-6  # of a part of the time between two rows
 
 _INERTIA, _GAIN = COLUMNS.index("inertia"), COLUMNS.index("proportional_gain")
 
@@ -20,7 +22,9 @@ class ArmRun:
     """One episode of an arm."""
 
     states: np.ndarray  # [J, T, 2] positions and velocities (rad, rad/s, or m, m/s) that the encoders show
-    load: np.ndarray  # [T, J] mean torque (N·m, N), from each row to the next, that the rest of the arm put on a joint
+    # [T·S, J] mean torque (N·m, N) that the rest of the arm put on a joint, in S equal parts of the time from each row
+    # to the next, a step or so long each: where a command steps, it changes within a row
+    load: np.ndarray
 
 
 def simulate(
@@ -37,14 +41,17 @@ def simulate(
     command [J, T]    as each machine takes it; held between rows
     first [J, 2]      positions and velocities at the first row
     times [T]         s of each row, rising
-    step              s, of the integrator; by default 2 ms, or less where a servo is stiff
+    step              s, of the integrator, at most; by default 2 ms, or less where a servo is stiff
 
     Bodies are evaluated in the middle of each step.
     """
     machines, command, first = (np.require(x, np.float64, ("C", "W")) for x in (machines, command, first))
     times = np.require(times - times[0], np.float64, ("C", "W"))
     joints, samples = command.shape
-    step = step or _step(bodies, machines, first)
+    sample_time = float(np.median(np.diff(times)))
+    longest = step or _step(bodies, machines, first)
+    parts = max(math.ceil(sample_time / longest - 1e-9), 1)
+    step = sample_time / parts
     tables = Tables().array()
     states, rates = np.zeros((joints, sweep.STATE)), np.zeros(joints)
     sweep.start(machines, tables, first, states)
@@ -52,12 +59,13 @@ def simulate(
     points = np.stack([first[:, 0], np.zeros(joints)], axis=1)
     out = np.full((joints, samples, 2), np.nan)
     out[:, 0] = first
-    load, steps = np.zeros((samples, joints)), np.zeros((samples, 1))
+    load, steps = np.zeros((samples * parts, joints)), np.zeros((samples * parts, 1))
     row, count = 1, 0
     while row < samples:
         position, velocity = states[:, 0], states[:, 1]
         mass, bias = bodies.terms(position + 0.5 * step * velocity, velocity)
-        at = row - 1
+        share = (count * step - times[row - 1]) / (times[row] - times[row - 1])
+        at = (row - 1) * parts + min(int(share * parts + ROUNDING), parts - 1)
         row = sweep.advance(
             machines, command, times, first, rows, points, states, rates, np.ascontiguousarray(mass), bias, tables,
             count * step, step, row, out,
@@ -67,7 +75,7 @@ def simulate(
         count += 1
         if not np.isfinite(states).all():
             break
-    sweep.show(machines, float(np.median(np.diff(times))), times, out)
+    sweep.show(machines, sample_time, times, out)
     return ArmRun(out, _filled(load, steps))
 
 
@@ -79,6 +87,6 @@ def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:
 
 
 def _filled(load: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Means; where no step began between two rows, those before."""
+    """Means; where no step began in a part, those before."""
     last = np.maximum.accumulate(np.where(steps[:, 0] > 0, np.arange(len(steps)), 0))
     return (load / np.maximum(steps, 1))[last]

@@ -43,7 +43,7 @@ _WIDTH = len(COLUMNS)
 def _log(command: np.ndarray, first: np.ndarray, step: float, times: np.ndarray) -> JointLog:
     """A joint's commands; nothing is observed, and all else is the arm's."""
     none, ends = pointer(times), (first[0], first[1])
-    inputs = (pointer(times), (False, False, False), none, none, none)
+    inputs = (pointer(times), (False, False, False), none, 1, none, none)
     return JointLog(len(command), pointer(command), ends, none, 0.0, step, 1, *inputs)
 
 

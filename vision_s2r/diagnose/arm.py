@@ -11,13 +11,14 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
+from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose
 from vision_s2r.diagnose.report import ALTERNATIVES
 from vision_s2r.diagnose.simulator import is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors
+from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
 from vision_s2r.fit.arm.payload import FoundPayload, PayloadFit
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.case import Experiment, Values
@@ -65,12 +66,18 @@ class _Settled:
     payload: FoundPayload | None
     problems: Problems
     parts: dict[str, Diagnosis]
+    idle: frozenset[str] = frozenset()  # effects of joints that the free run of the whole arm does not bear out
 
     @property
     def cost(self) -> tuple[int, int]:
         """Joints that are not explained, and names that it takes."""
         unsettled = sum(part.verdict not in ("no_gap", "explained") for part in self.parts.values())
         return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.payload is not None)
+
+    @property
+    def named(self) -> list[str]:
+        """Effects that the joints' own reports name."""
+        return [label(effect.name, name) for name, part in self.parts.items() for effect in part.effects]
 
     @property
     def found(self) -> dict[str, dict[str, float]]:
@@ -80,7 +87,8 @@ class _Settled:
     def of_arm(self, parts: Mapping[str, Values]) -> dict[str, dict[str, float]]:
         """Effects of each joint as those of the arm, with the payload."""
         found = {} if self.payload is None else {PAYLOAD: self.payload.values}
-        return found | {key: given for name in parts for key, given in self.problems.of_arm(name, parts[name]).items()}
+        own = {key: given for name in parts for key, given in self.problems.of_arm(name, parts[name]).items()}
+        return found | {key: given for key, given in own.items() if key not in self.idle}
 
 
 def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) -> ArmDiagnosis:
@@ -89,37 +97,42 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
         if name not in ARM_EFFECTS:
             known = [effect.name for effect in ARM_EFFECTS]
             raise UserError(f"withhold: no effect is called '{name}': {nearest(name, known)}")
-    settled = _settle(recording, cfg, jobs)
-    written = _report(recording, settled, cfg)
+    runs = FreeRuns(recording)
+    settled = _settle(runs, cfg, jobs)
+    least = {name: cfg.joint.relief * part.case.floor([0])[0] for name, part in settled.parts.items()}
+    settled = replace(settled, idle=idle(runs, _held_out(recording, settled), settled.named, least, cfg.seed))
+    written = _report(runs, settled, cfg)
     experiment = Experiment(written["next_experiment"], _commands(settled.parts))
     return ArmDiagnosis.of(
         written, recording=recording, experiment=experiment, parts=settled.parts, found=settled.found
     )
 
 
-def _settle(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
+def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> _Settled:
     """The joints with the payload that they need, if any."""
+    recording = runs.recording
     servos = all(joint.servo for joint in recording.joints.values())
-    fit = PayloadFit(recording, motions(recording, {}))
+    fit = PayloadFit(recording, motions(runs, {}))
     off = int((fit.before > REMARKABLE).sum())
     if PAYLOAD in cfg.withhold or not off or not servos:
-        return _under(None, recording, cfg, jobs)
+        return _under(None, runs, cfg, jobs)
     payload = fit.fit()
     if payload.share < MUCH:
-        return _under(None, recording, cfg, jobs)
-    closer = PayloadFit(recording, motions(recording, {PAYLOAD: payload.values}))  # the motion of an arm that has it
-    loaded = _under(closer.fit(), recording, cfg, jobs)
+        return _under(None, runs, cfg, jobs)
+    closer = PayloadFit(recording, motions(runs, {PAYLOAD: payload.values}))  # the motion of an arm that has it
+    loaded = _under(closer.fit(), runs, cfg, jobs)
     if loaded.cost == (0, 1) and off > 1:
         return loaded
-    return min(loaded, _under(None, recording, cfg, jobs), key=lambda settled: settled.cost)
+    return min(loaded, _under(None, runs, cfg, jobs), key=lambda settled: settled.cost)
 
 
-def _under(payload: FoundPayload | None, recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> _Settled:
+def _under(payload: FoundPayload | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> _Settled:
     """The joints, the worst first: what it has is in the motion that loads the others."""
+    recording = runs.recording
     withheld = {*NOT_OF_ARMS, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
     own = replace(cfg, withhold=sorted(withheld))
     weight: Values = {} if payload is None else {PAYLOAD: payload.values}
-    made, found = problems(recording, motions(recording, weight), weight), dict(weight)
+    made, found = problems(recording, motions(runs, weight), weight), dict(weight)
     parts: dict[str, Diagnosis] = {}
     for _ in recording.joints:
         rest = {name: _excess(joint) for name, joint in made.joints.items() if name not in parts}
@@ -128,7 +141,7 @@ def _under(payload: FoundPayload | None, recording: ArmRecording, cfg: DiagnoseC
         values = made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
         if values:
             found |= values
-            made = problems(recording, motions(recording, found), weight)
+            made = problems(recording, motions(runs, found), weight)
     return _Settled(payload, made, {name: parts[name] for name in recording.joints})
 
 
@@ -158,28 +171,37 @@ class _Errors:
         )
         return Gap(before, before, after, floor, self.seed)
 
+    def rest(self, joint: int) -> float:
+        """What is left of a joint's mean squared error over the noise's variance, in units of that."""
+        return float(self.after[:, joint].mean() / self.floor[:, joint].mean() - 1)
+
     def weight(self, joint: int) -> float:
         """The part of the arm's gap that is this joint's, beside the payload's."""
         over = np.maximum((self.loaded - self.floor).mean(axis=0), 0.0)
         return float(over[joint] / max((self.before - self.floor).mean(axis=0).clip(0).sum(), over.sum(), 1e-300))
 
 
-def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> dict[str, Any]:
-    held_out = _held_out(recording, settled)
-    errors = _errors(recording, settled, held_out, cfg.seed)
+def _report(runs: FreeRuns, settled: _Settled, cfg: DiagnoseConfig) -> dict[str, Any]:
+    recording, held_out = runs.recording, _held_out(runs.recording, settled)
+    errors = _errors(runs, settled, held_out, cfg.seed)
     parts = {name: part.to_dict() for name, part in settled.parts.items()}
-    effects, refitted, candidates, alternatives = [], [], [], []
+    effects, refitted, candidates, alternatives, verdicts = [], [], [], [], {}
     for j, (name, part) in enumerate(parts.items()):
         weight = errors.weight(j)
-        slight = []
-        for effect in part["effects"]:
+        slight, named = [], []
+        gone = {effect["name"] for effect in part["effects"] if label(effect["name"], name) in settled.idle}
+        for effect in (effect for effect in part["effects"] if effect["name"] not in gone):
             share = _weighed(effect, weight)
             if is_slight(share):
                 slight.append(effect)
             else:
-                effects.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
+                named.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
+        effects += named
+        adequate = errors.rest(j) <= cfg.joint.adequate
+        verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), adequate)
         refitted += [_of_joint(settled, name, each) for each in (*part.get("refitted", []), *map(_value, slight))]
-        candidates += [_line(each, name, {effect["name"] for effect in slight}) for each in part["candidates"]]
+        undecided = {effect["name"] for effect in slight} | gone
+        candidates += [_line(each, name, undecided) for each in part["candidates"]]
         alternatives += [
             each | {"effects": [label(effect, name) for effect in each["effects"]]} for each in part["alternatives"]
         ]
@@ -191,7 +213,7 @@ def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> 
     return {
         "format": FORMAT,
         "kind": recording.kind,
-        "verdict": _verdict([part["verdict"] for part in parts.values()], bool(effects)),
+        "verdict": _verdict(list(verdicts.values()), bool(effects)),
         "gap": _gap(gap, recording) | {"described": WORDS},
         "tip": errors.tip,
         "sources": _sources(effects),
@@ -201,7 +223,10 @@ def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> 
         ],
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
         "refitted": refitted,
-        "withheld": [label(effect, name) for name, part in parts.items() for effect in part.get("withheld", [])],
+        "withheld": [
+            *(label(effect, name) for name, part in parts.items() for effect in part.get("withheld", [])),
+            *sorted(settled.idle),
+        ],
         "candidates": candidates,
         "alternatives": sorted(alternatives, key=lambda each: -each["evidence"])[:ALTERNATIVES],
         "unexplained": {
@@ -215,11 +240,11 @@ def _report(recording: ArmRecording, settled: _Settled, cfg: DiagnoseConfig) -> 
         "left_out": recording.left_out,
         "joints": {
             name: {
-                "verdict": part["verdict"],
+                "verdict": verdicts[name],
                 "gap": _gap(errors.gap(j), recording, name),
                 "effects": [each for each in effects if each.get("joint") == name],
             }
-            for j, (name, part) in enumerate(parts.items())
+            for j, name in enumerate(parts)
         },
     }
 
@@ -256,10 +281,10 @@ def _held_out(recording: ArmRecording, settled: _Settled) -> dict[str, Any]:
     }
 
 
-def _errors(recording: ArmRecording, settled: _Settled, held_out: Mapping[str, Any], seed: int) -> _Errors:
-    before = free_run(recording, {})
-    loaded = before if settled.payload is None else free_run(recording, {PAYLOAD: settled.payload.values})
-    after = in_folds(recording, held_out)
+def _errors(runs: FreeRuns, settled: _Settled, held_out: Mapping[str, Any], seed: int) -> _Errors:
+    recording, before = runs.recording, runs.states({})
+    loaded = before if settled.payload is None else runs.states({PAYLOAD: settled.payload.values})
+    after = runs.held_out(held_out)
     noise = [part.case.floor([0])[0] for part in settled.parts.values()]
     one, two, three = (
         by_stretch(recording, gap_errors(recording, states), held_out) for states in (before, loaded, after)
@@ -270,20 +295,6 @@ def _errors(recording: ArmRecording, settled: _Settled, held_out: Mapping[str, A
     if tip is not None:
         tip["shares"] = tip_shares(recording, settled.found, seed)
     return _Errors(one, two, three, floor, tip, seed)
-
-
-def in_folds(recording: ArmRecording, held_out: Mapping[str, Any]) -> np.ndarray:
-    """The free run [E, T, J, 2] whose every stretch has parameters that have not seen it."""
-    runs: dict[str, np.ndarray] = {}
-    out = np.full((*recording.any.position.shape, len(recording.joints), 2), np.nan)
-    for episode, first, end, fold in held_out["segments"]:
-        values = held_out["folds"][fold]
-        states = runs.setdefault(repr(values), np.empty(0))
-        if not states.size:
-            states = runs[repr(values)] = free_run(recording, values)
-        e = recording.episodes.index(episode)
-        out[e, first:end] = states[e, first:end]
-    return out
 
 
 def _of_joint(settled: _Settled, joint: str, effect: Mapping[str, Any]) -> dict[str, Any]:
@@ -323,6 +334,18 @@ def _payload_line(settled: _Settled, cfg: DiagnoseConfig) -> dict[str, Any]:
     status = "absent" if found is None else "present"
     evidence = 0.0 if found is None else found.evidence
     return {"name": PAYLOAD, "status": status, "evidence": evidence, "confusable_with": []}
+
+
+def _of_run(verdict: str, named: bool, idle_names: bool, adequate: bool) -> str:
+    """A joint's verdict beside the whole arm's free run: where that leaves no more than noise, nothing is left.
+
+    What a joint's own problem leaves may be of the load, which is partly measured.
+    """
+    if adequate:
+        return "explained" if named else "no_gap"
+    if verdict in ("no_gap", "explained") and not idle_names:
+        return verdict
+    return "partly_explained" if named else "unexplained"
 
 
 def _verdict(joints: list[str], named: bool) -> str:

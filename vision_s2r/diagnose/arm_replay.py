@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.effect import PAYLOAD
-from vision_s2r.diagnose.arm import in_folds
 from vision_s2r.diagnose.tip import tip_gap
-from vision_s2r.fit.arm.free_run import by_stretch, fingerprint, free_run, gap_errors
+from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording
 
@@ -30,8 +29,9 @@ def replay_arm(
     Of the recording that the effects were found in, each stretch is run with parameters that have not seen it.
     """
     same = held_out is not None and held_out["recording"] == fingerprint(recording)
-    before = free_run(recording, {})
-    after = in_folds(recording, held_out) if same and held_out else free_run(recording, effects)
+    runs = FreeRuns(recording)
+    before = runs.states({})
+    after = runs.held_out(held_out) if same and held_out else runs.states(effects)
     errors = {"before": gap_errors(recording, before), "after": gap_errors(recording, after)}
 
     def root(squared: np.ndarray) -> float:

@@ -27,9 +27,10 @@ from vision_s2r.joint.two_masses import (
 )
 
 ROUNDING = 1e-9  # of a step: a sample no later than this after its end is at its end
-HEAVIER = 0.01  # of the inertia: a change that two masses are worked out anew for
+HEAVIER = 0.01  # of the inertia: a change that two masses are worked out anew for …
+HEAVIER_ONE = 5e-4  # … and that one is
 
-# Rows whose command, and whose other inputs, act at the end of the last step; set point of a servo and its rate.
+# Row whose command, and part of a row whose other inputs act at the end of the last step; set point and its rate.
 Cursor = tuple[int, int, float, float]
 
 
@@ -50,7 +51,7 @@ def clocked_one_mass(
         before, time = (state[0], state[1]), count * step
         given, cursor = inputs_of(machine, log, cursor, time, step)
         inertia = own + _load_inertia(log, cursor)
-        if machine.thermal_drift_rate != 0 or inertia != machine.inertia:
+        if machine.thermal_drift_rate != 0 or abs(inertia - machine.inertia) > HEAVIER_ONE * machine.inertia:
             machine = of_inertia(machine, inertia)
             paths = glides(machine, time + 0.5 * step, inertia, (step, step))
         state = one_mass_sample(
@@ -104,20 +105,21 @@ def inputs_of(machine: JointMachine, log: JointLog, cursor: Cursor, start: float
     late = start - machine.latency_delay
     # Before the first command a servo stays where it is, and a motor is given nothing.
     first = log.first[0] if servo else 0.0
-    command, later, share, row = _held(log, log.command, row, first, late, step)
+    command, later, share, row = _held(log, log.command, 1, row, first, late, step)
     if servo and (machine.velocity_limit_value < math.inf or machine.acceleration_limit_value < math.inf):
         half, place, rate = _set_point(machine, place, rate, command, later, (1 - share) * step, step)
         command, later, share = half, half, 0.0
     scale, external, now = 1.0, 0.0, other
     scaled, pulled, loaded = log.given
     if scaled:
-        one, two, part, now = _held(log, log.scale, other, log.scale[0], start, step)
+        one, two, part, now = _held(log, log.scale, 1, other // log.parts, log.scale[0], start, step)
+        now *= log.parts
         scale = one + part * (two - one)
     if pulled:
-        one, two, part, now = _held(log, log.external, other, log.external[0], start, step)
+        one, two, part, now = _held(log, log.external, log.parts, other, log.external[0], start, step)
         external = one + part * (two - one)
-    if loaded:
-        now = _held(log, log.load_inertia, other, log.load_inertia[0], start, step)[3]
+    if loaded and not pulled:
+        now = _held(log, log.load_inertia, log.parts, other, log.load_inertia[0], start, step)[3]
     return (command, later, share, scale, external), (row, now, place, rate)
 
 
@@ -146,14 +148,14 @@ def _set_point(
 
 @compiled
 def _held(
-    log: JointLog, values: Pointer, row: int, before: float, start: float, step: float
+    log: JointLog, values: Pointer, parts: int, row: int, before: float, start: float, step: float
 ) -> tuple[float, float, float, int]:
-    """What is held between samples, in the step from `start` on: its mean up to the last change, what it is then, for
-    which share of the step, and the row at the end; `row` is that at the start."""
+    """What is held for each of `parts` of a sample, in the step from `start` on: its mean up to the last change, what
+    it is then, for which share of the step, and the row (part of a row) at the end; `row` is that at the start."""
     end, place, total = start + step, start, 0.0
     value = values[row] if row >= 0 else before
-    while row + 1 < log.samples and log.times[row + 1] < end - ROUNDING * step:
-        change = max(log.times[row + 1], place)
+    while row + 1 < log.samples * parts and _begin(log, parts, row + 1) < end - ROUNDING * step:
+        change = max(_begin(log, parts, row + 1), place)
         total += (change - place) * value
         place = change
         row += 1
@@ -161,6 +163,19 @@ def _held(
     if place - start <= ROUNDING * step:
         return value, value, 0.0, row
     return total / (place - start), value, (end - place) / step, row
+
+
+@compiled
+def _begin(log: JointLog, parts: int, at: int) -> float:
+    """When a part of a sample begins."""
+    if parts == 1:
+        return log.times[at]
+    row = at // parts
+    share = at / parts - row
+    if share == 0:
+        return log.times[row]
+    length = log.times[row + 1] - log.times[row] if row + 1 < log.samples else log.sample_time
+    return log.times[row] + share * length
 
 
 @compiled

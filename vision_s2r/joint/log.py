@@ -20,8 +20,9 @@ class JointLog(NamedTuple):
     times: Pointer  # [T] s from the first sample, where they are not every `sample_time`
     given: tuple[bool, bool, bool]  # whether there are the following
     scale: Pointer  # [T] factor of u, held between samples
-    external: Pointer  # [T] torque on the load, held between samples
-    load_inertia: Pointer  # [T] added to the machine's, held between samples
+    parts: int  # into which a sample is cut by the following
+    external: Pointer  # [T · parts] torque on the load, each held for its part of a sample
+    load_inertia: Pointer  # [T · parts] added to the machine's, alike
 
 
 @compiled

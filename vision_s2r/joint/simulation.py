@@ -30,6 +30,7 @@ WORTH_THREADS = 500_000  # steps; less than this is over before threads have sta
 
 _WIDTH = len(COLUMNS)
 _SERVO = COLUMNS.index("proportional_gain")
+PARTED = ("external", "load_inertia")  # of which a sample may have several values
 _NO_TABLES = Tables()
 _PLAIN: Final = ("C", "W")  # of arrays: one type, so that the kernel is compiled once
 
@@ -60,8 +61,8 @@ def simulate(
     sample_time       s between samples
     times [E, T]      s of each sample, rising, where they are not even; only differences count
     scale [E, T]      factor of the current (a supply that sags, 0 where the drive is off); held between samples
-    external [E, T]   torque (N·m, N) on the load; held between samples
-    load_inertia [E, T]   kg·m² (kg), 0 or more, added to the machine's inertia; held between samples
+    external [E, T·S]   torque (N·m, N) on the load; S values a sample, held for an equal part of it each
+    load_inertia [E, T·S]   kg·m² (kg), 0 or more, added to the machine's inertia; alike, of as many parts
     lengths [E]       samples of each episode, T by default; rows beyond are NaN
     observed [E, T, 2], leak    an observer: at each sample `leak` times (observed - simulated) is added to the
                       simulated state, after its row is written, so that the row is a prediction. Where observed is
@@ -141,15 +142,25 @@ def _clock(
     none = np.empty((len(command), 0))
     found = []
     for name, values in {"times": times, **others}.items():
-        if values is not None and values.shape != command.shape:
-            raise UserError(f"{name} is {values.shape}, expected {command.shape}")
+        if values is not None and not _fits(values.shape, command.shape, name in PARTED):
+            parts = ", or columns for equal parts of each sample" if name in PARTED else ""
+            raise UserError(f"{name} is {values.shape}, expected {command.shape}{parts}")
         found.append(none if values is None else np.require(values, np.float64, _PLAIN))
+    if external is not None and load_inertia is not None and external.shape != load_inertia.shape:
+        raise UserError(f"external is {external.shape} and load_inertia {load_inertia.shape}, expected one shape")
     if times is not None:
         found[0] = np.require(found[0] - found[0][:, :1], np.float64, _PLAIN)
         for row, length in zip(found[0], lengths, strict=True):
             if not (np.diff(row[:length]) > 0).all():
                 raise UserError("times do not rise, expected seconds, each later than the one before")
     return tuple(found)
+
+
+def _fits(shape: tuple[int, ...], samples: tuple[int, ...], parted: bool) -> bool:
+    """Whether an input [E, T], or of equal parts of each sample, is one for a command of this shape."""
+    if not parted or shape[:1] != samples[:1] or len(shape) != 2:
+        return shape == samples
+    return shape[1] >= samples[1] and shape[1] % max(samples[1], 1) == 0
 
 
 def _compile(sources: str) -> Callable[..., Any]:
@@ -190,7 +201,9 @@ def _compile(sources: str) -> Callable[..., Any]:
             clocked = times.shape[1] > 0
             steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
             given = (scale.shape[1] > 0, external.shape[1] > 0, load_inertia.shape[1] > 0)
-            inputs = (pointer(times[e]), given, pointer(scale[e]), pointer(external[e]), pointer(load_inertia[e]))
+            parts = max(external.shape[1], load_inertia.shape[1]) // command.shape[1] if given[1] or given[2] else 1
+            loads = (parts, pointer(external[e]), pointer(load_inertia[e]))
+            inputs = (pointer(times[e]), given, pointer(scale[e]), *loads)
             before = (pointer(command[e]), (first[e, 0], first[e, 1]), pointer(observed[e]))
             log = JointLog(lengths[e], *before, leak, sample_time, steps, *inputs)
             if clocked and one:

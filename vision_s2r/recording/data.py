@@ -29,8 +29,10 @@ class JointRecording:
     episodes: tuple[int, ...]  # the episodes' numbers in the recording
     times: np.ndarray | None = None  # float64 [E, T], s since each first row; None: every `sample_time`
     supply: np.ndarray | None = None  # float64 [E, T]: factor of the command, 0 where the drive is off; None: 1
-    external: np.ndarray | None = None  # float64 [E, T]: torque or force on the load; None: none
-    load_inertia: np.ndarray | None = None  # float64 [E, T]: kg·m² or kg beside the nominal one, of an arm; None: none
+    # float64 [E, T], or of an arm's joint [E, T·S], S values a row, held for an equal part of the time to the next each
+    external: np.ndarray | None = None  # torque or force on the load; None: none
+    load_inertia: np.ndarray | None = None  # kg·m² or kg beside the nominal one; None: none
+    least_inertia: float = 0.0  # of the nominal inertia, what is the bodies' of an arm: no rotor makes it less
     left_out: dict[str, str] = field(default_factory=dict)  # columns that could not be used, and why
 
     kind = "joint"
@@ -235,7 +237,10 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
     longest = int(lengths.max(initial=0))
 
     def taken(values: np.ndarray | None) -> np.ndarray | None:
-        return None if values is None else values[index, :longest]
+        if values is None:
+            return None
+        parts = values.shape[1] // recording.command.shape[1]
+        return values[index, : longest * parts]
 
     return replace(
         recording,

@@ -16,27 +16,55 @@ from vision_s2r.joint import NominalJoint, pack
 from vision_s2r.recording import ArmRecording
 
 
+class FreeRuns:
+    """Simulations of the episodes of a recording, each made once."""
+
+    def __init__(self, recording: ArmRecording) -> None:
+        self.recording = recording
+        self._machines: dict[str, tuple[Bodies, np.ndarray]] = {}
+        self._runs: dict[tuple[str, int], ArmRun] = {}
+
+    def run(self, effects: Values, k: int) -> ArmRun:
+        """Episode `k` of the arm with these effects."""
+        key = repr(sorted((name, sorted(values.items())) for name, values in effects.items()))
+        if (key, k) not in self._runs:
+            if key not in self._machines:
+                self._machines[key] = bodies_of(self.recording, effects), self._packed(effects)
+            joints = self.recording.joints.values()
+            length = self.recording.any.lengths[k]
+            command = np.array([joint.command[k, :length] for joint in joints])
+            first = np.array([joint.first[k] for joint in joints])
+            times = np.array(self.recording.any.time[k, :length])
+            self._runs[key, k] = simulate(*self._machines[key], command, first, times)
+        return self._runs[key, k]
+
+    def states(self, effects: Values) -> np.ndarray:
+        """Positions and velocities [E, T, J, 2] of all episodes; NaN after an episode's end."""
+        out = self._nothing()
+        for k, states in enumerate(out):
+            found = self.run(effects, k).states
+            states[: found.shape[1]] = found.transpose(1, 0, 2)
+        return out
+
+    def held_out(self, held_out: Mapping[str, Any]) -> np.ndarray:
+        """The same, each stretch with parameters that have not seen it, as a report's `held_out` has them."""
+        out = self._nothing()
+        for episode, first, end, fold in held_out["segments"]:
+            e = self.recording.episodes.index(episode)
+            out[e, first:end] = self.run(held_out["folds"][fold], e).states[:, first:end].transpose(1, 0, 2)
+        return out
+
+    def _packed(self, effects: Values) -> np.ndarray:
+        joints = self.recording.joints.items()
+        return np.array([pack(NominalJoint(**joint.nominal), effects_of(name, effects)) for name, joint in joints])
+
+    def _nothing(self) -> np.ndarray:
+        return np.full((*self.recording.any.position.shape, len(self.recording.joints), 2), np.nan)
+
+
 def free_run(recording: ArmRecording, effects: Values) -> np.ndarray:
     """Positions and velocities [E, T, J, 2] of a simulation of the whole arm; NaN after an episode's end."""
-    runs = free_runs(recording, effects)
-    out = np.full((*recording.any.position.shape, len(recording.joints), 2), np.nan)
-    for states, run in zip(out, runs, strict=True):
-        states[: run.states.shape[1]] = run.states.transpose(1, 0, 2)
-    return out
-
-
-def free_runs(recording: ArmRecording, effects: Values) -> list[ArmRun]:
-    """The same, episode by episode, with the loads on the joints."""
-    bodies = bodies_of(recording, effects)
-    machines = np.array(
-        [pack(NominalJoint(**joint.nominal), effects_of(name, effects)) for name, joint in recording.joints.items()]
-    )
-    some, runs = recording.any, []
-    for k, length in enumerate(some.lengths):
-        command = np.array([joint.command[k, :length] for joint in recording.joints.values()])
-        first = np.array([joint.first[k] for joint in recording.joints.values()])
-        runs.append(simulate(bodies, machines, command, first, np.array(some.time[k, :length])))
-    return runs
+    return FreeRuns(recording).states(effects)
 
 
 def bodies_of(recording: ArmRecording, effects: Values) -> Bodies:

@@ -2,7 +2,8 @@
 
 The load is that in the simulated arm, step by step, and what measured motion changes of it. Accelerations of that
 motion are the simulated ones with what differs between measured and simulated positions, smoothed: what commands cause
-at once is in the simulation already.
+at once is in the simulation already. Loads change within a row, where a command steps: they are those of the
+simulation's steps.
 """
 
 from collections.abc import Mapping
@@ -10,12 +11,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision_s2r.fit.arm.free_run import bodies_of, free_runs
+from vision_s2r.fit.arm.free_run import FreeRuns, bodies_of
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.fit.joint.track import fast_noise
 from vision_s2r.recording import ArmRecording, JointRecording
 
-SMOOTH = 0.015  # s to either side, over which the difference is smoothed, and 2 rows at least
+SMOOTH = 0.015  # s to either side, over which the difference is smoothed at least, and 2 rows …
+WIDER = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0)  # … and times it, as far as the difference allows
+CERTAIN = 3.0  # standard deviations of noise, within which the accelerations of a narrow and a wide window agree
 ROTOR = 1e-9  # kg·m², of a rotor at least
 
 
@@ -26,7 +30,9 @@ class Motion:
     position: np.ndarray  # [N, J]
     velocity: np.ndarray
     acceleration: np.ndarray
-    load: np.ndarray  # [N, J] N·m (N): the simulated arm's on its joints, from row to row, less that at its rows
+    load: (
+        np.ndarray
+    )  # [N·S, J] N·m (N): the simulated arm's on its joints in S parts of each row, less that at its rows
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,6 @@ class Problems:
     """The joints of an arm as recordings of their own, whose inertia is that of rotor and bodies."""
 
     joints: dict[str, JointRecording]
-    bodies: dict[str, float]  # kg·m² or kg: the bodies' part of each nominal inertia, the least that there is
 
     def of_arm(self, joint: str, values: Values) -> dict[str, dict[str, float]]:
         """A joint's effects under their names in the arm, where an inertia is the rotor's."""
@@ -44,26 +49,52 @@ class Problems:
         """An effect's values, an inertia's without the bodies."""
         if name != "inertia":
             return dict(given)
-        return {key: max(value - self.bodies[joint], ROTOR) for key, value in given.items()}
+        return {key: max(value - self.joints[joint].least_inertia, ROTOR) for key, value in given.items()}
 
 
-def motions(recording: ArmRecording, effects: Values) -> list[Motion]:
-    """The motion that the recording shows, episode by episode; a simulation with these effects is near."""
+def motions(runs: FreeRuns, effects: Values) -> list[Motion]:
+    """The motion that a recording shows, episode by episode; a simulation with these effects is near."""
+    recording = runs.recording
     bodies, some, measured = bodies_of(recording, effects), recording.any, recording.position
-    half, found = max(2, round(SMOOTH / some.sample_time)), []
-    for k, run in enumerate(free_runs(recording, effects)):
+    noise, found = [fast_noise(joint.position) for joint in recording.joints.values()], []
+    for k, run in enumerate(runs.run(effects, k) for k in range(len(some.lengths))):
         length = run.states.shape[1]
         t, simulated = some.time[k, :length], run.states.transpose(1, 0, 2)
-        reach = min(half, (length - 1) // 2)
-
-        def slope(values: np.ndarray, t: np.ndarray = t, reach: int = reach) -> np.ndarray:
-            return np.stack([slopes(column, t, reach) for column in values.T], axis=1)
-
-        rest = slope(measured[k, :length] - simulated[..., 0])
+        rest = measured[k, :length] - simulated[..., 0]
+        faster, more = np.stack([_derivatives(*each, t) for each in zip(rest.T, noise, strict=True)], axis=-1)
         rates = np.gradient(simulated[..., 1], t, axis=0)
-        at_rows = _between(bodies.loads(simulated[..., 0], simulated[..., 1], rates)[0])
-        found.append(Motion(measured[k, :length], simulated[..., 1] + rest, rates + slope(rest), run.load - at_rows))
+        at_rows = bodies.loads(simulated[..., 0], simulated[..., 1], rates)[0]
+        load = run.load - _between(at_rows, len(run.load) // length)
+        found.append(Motion(measured[k, :length], simulated[..., 1] + faster, rates + more, load))
     return found
+
+
+def _derivatives(values: np.ndarray, noise: float, t: np.ndarray) -> np.ndarray:
+    """First and second derivative [2, N] of values [N] with noise of this standard deviation.
+
+    By local parabolas, at each row of the widest window whose acceleration agrees with those of all narrower ones
+    (the intersection of confidence intervals; Goldenshluger and Nemirovski, Mathematical Methods of Statistics 6,
+    1997): next to nothing where there is nothing but noise, and sharp where there is a jump.
+    """
+    sample_time = float(np.median(np.diff(t)))
+    narrowest, most = max(2, round(SMOOTH / sample_time)), (len(t) - 1) // 2
+    out = np.zeros((2, len(t)))
+    low, high = np.full(len(t), -np.inf), np.full(len(t), np.inf)
+    for half in dict.fromkeys(min(round(narrowest * wider), most) for wider in WIDER):
+        slope = slopes(values, t, half)
+        bend = slopes(slope, t, half)
+        reach = CERTAIN * noise * _spread(half, sample_time)
+        low, high = np.maximum(low, bend - reach), np.minimum(high, bend + reach)
+        agrees = low <= high
+        out[:, agrees] = slope[agrees], bend[agrees]
+    return out
+
+
+def _spread(half: int, sample_time: float) -> float:
+    """Standard deviation of the acceleration that white noise of variance 1 seems to have."""
+    impulse, t = np.zeros(8 * half + 1), np.arange(8 * half + 1) * sample_time
+    impulse[4 * half] = 1.0
+    return float(np.linalg.norm(slopes(slopes(impulse, t, half), t, half)))
 
 
 def problems(recording: ArmRecording, moved: list[Motion], payload: Values) -> Problems:
@@ -80,19 +111,24 @@ def loads(recording: ArmRecording, moved: list[Motion], payload: Values) -> list
 def with_loads(recording: ArmRecording, moved: list[Motion], of_rows: list[np.ndarray]) -> Problems:
     """The joints under these torques and with these inertias."""
     shape = recording.any.position.shape
-    joints, least = {}, {}
+    parts = len(moved[0].load) // len(moved[0].position)
+    joints = {}
     for j, (name, joint) in enumerate(recording.joints.items()):
-        external, own = np.zeros(shape), np.zeros(shape)
+        external, own = (np.zeros((shape[0], shape[1] * parts)) for _ in range(2))
         for k, (each, rows) in enumerate(zip(moved, of_rows, strict=True)):
-            torque, inertia = each.load[:, j] + _between(rows[0])[:, j], _between(rows[1])[:, j]
+            torque, inertia = each.load[:, j] + _between(rows[0], parts)[:, j], _between(rows[1], parts)[:, j]
             external[k, : len(torque)], external[k, len(torque) :] = torque, torque[-1]
             own[k, : len(torque)], own[k, len(torque) :] = inertia, inertia[-1]
-        least[name] = float(own.min())
-        nominal = joint.nominal | {"inertia": joint.nominal["inertia"] + least[name]}
-        joints[name] = replace(joint, nominal=nominal, external=external, load_inertia=own - least[name])
-    return Problems(joints, least)
+        least = float(own.min())
+        nominal = joint.nominal | {"inertia": joint.nominal["inertia"] + least}
+        joints[name] = replace(
+            joint, nominal=nominal, external=external, load_inertia=own - least, least_inertia=least
+        )  # fmt: skip
+    return Problems(joints)
 
 
-def _between(rows: np.ndarray) -> np.ndarray:
-    """Of values [N, J] at rows, the means from each row to the next."""
-    return np.concatenate([(rows[1:] + rows[:-1]) / 2, rows[-1:]])
+def _between(rows: np.ndarray, parts: int) -> np.ndarray:
+    """Of values [N, J] at rows, the means [N·S, J] of S parts of the way from each row to the next."""
+    share = (np.arange(parts)[:, None] + 0.5) / parts
+    following = np.concatenate([rows[1:], rows[-1:]])
+    return np.asarray((rows[:, None] * (1 - share) + following[:, None] * share).reshape(-1, rows.shape[1]))

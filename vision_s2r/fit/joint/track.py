@@ -51,8 +51,8 @@ class EpisodeInputs:
     lengths: np.ndarray  # [E]
     times: np.ndarray | None  # [E, N]
     scale: np.ndarray | None  # [E, N]
-    external: np.ndarray | None  # [E, N]
-    load_inertia: np.ndarray | None  # [E, N]
+    external: np.ndarray | None  # [E, N·S], S values a sample
+    load_inertia: np.ndarray | None  # [E, N·S]
     every: int = 1  # samples of a row of the track
 
     def run(
@@ -107,6 +107,7 @@ class JointTrack:
     lengths: np.ndarray  # [E] int64
     segment: np.ndarray  # [E, T] int64: stretch or episode that a sample belongs to, -1 beyond the end
     count: int  # of segments
+    least_inertia: float = 0.0  # that the joint can have
 
     @property
     def servo(self) -> bool:
@@ -172,6 +173,7 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
         lengths=length,
         segment=segment,
         count=count,
+        least_inertia=recording.least_inertia,
     )
 
 
@@ -206,8 +208,17 @@ def _inputs(
     if recording.servo:
         whole = recording.command, recording.sample_time, recording.lengths
         return EpisodeInputs(*whole, recording.times, *others, every=step)
-    supply, external, load_inertia = (None if each is None else each[:, ::step] for each in others)
+    supply = None if recording.supply is None else recording.supply[:, ::step]
+    external, load_inertia = (_parted(each, recording.command.shape[1], step) for each in others[1:])
     return EpisodeInputs(command, sample_time, lengths, recording.times, supply, external, load_inertia)
+
+
+def _parted(values: np.ndarray | None, samples: int, step: int) -> np.ndarray | None:
+    """Values [E, samples·S] as those of samples of `step` of these: each has step·S parts."""
+    if values is None:
+        return None
+    missing = (-samples % step) * (values.shape[1] // samples)
+    return np.pad(values, ((0, 0), (0, missing)), mode="edge")
 
 
 def _torque(nominal: NominalJoint, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:

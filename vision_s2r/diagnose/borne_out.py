@@ -1,0 +1,61 @@
+"""Which effects of an arm's joints the free run of the whole arm bears out.
+
+A joint is searched under loads that are partly measured: what is wrong or noisy in them may get a name. The arm's own
+free run knows nothing but commands, and stretches that no fit has seen tell.
+"""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, gap_errors, tip_errors
+from vision_s2r.statistics import interval
+
+
+@dataclass(frozen=True)
+class _StretchErrors:
+    """Mean squared errors of a held-out free run, by stretches."""
+
+    joints: dict[str, np.ndarray]  # [S] rad² or m²
+    tip: np.ndarray | None  # [S] m²
+
+
+def idle(
+    runs: FreeRuns, held_out: Mapping[str, Any], names: Collection[str], least: Mapping[str, float], seed: int
+) -> frozenset[str]:
+    """Of `names` (JOINT.EFFECT), those without which the arm runs as well.
+
+    Such a name does not lower its joint's held-out mean squared error by `least` (rad² or m², by joint), its interval
+    above zero; or it makes that of the tip larger, by more than its interval. The one that brings least goes first.
+    """
+    gone: frozenset[str] = frozenset()
+    while True:
+        now = _errors(runs, held_out, gone)
+        gains: dict[str, float] = {}
+        for name in set(names) - gone:
+            joint, without = name.rpartition(".")[0], _errors(runs, held_out, gone | {name})
+            relief = without.joints[joint] - now.joints[joint]
+            harm = None if now.tip is None or without.tip is None else now.tip - without.tip
+            if relief.mean() <= least[joint] or _low(relief, seed) <= 0 or (harm is not None and _low(harm, seed) > 0):
+                gains[name] = float(relief.mean() / least[joint])
+        if not gains:
+            return gone
+        gone |= {min(gains, key=lambda name: gains[name])}
+
+
+def _errors(runs: FreeRuns, held_out: Mapping[str, Any], gone: frozenset[str]) -> _StretchErrors:
+    """Of a free run without the effects that are gone."""
+    folds = [{name: given for name, given in fold.items() if name not in gone} for fold in held_out["folds"]]
+    states = runs.held_out({**held_out, "folds": folds})
+    recording = runs.recording
+    joints = by_stretch(recording, gap_errors(recording, states), held_out)
+    far = tip_errors(recording, {}, states)
+    tip = None if far is None else by_stretch(recording, far[..., None] ** 2, held_out)[:, 0]
+    return _StretchErrors(dict(zip(recording.joints, joints.T, strict=True)), tip)
+
+
+def _low(values: np.ndarray, seed: int) -> float:
+    """The lower end of the interval of a mean over stretches."""
+    return interval(lambda counts: counts @ values / len(values), len(values), seed)[0]
