@@ -205,10 +205,12 @@ def _run(chain: Chain, drives: list[Servo], commands: np.ndarray) -> np.ndarray:
 def _stepped(client: int, body: int, joints: list[int], drives: list[Servo], commands: np.ndarray) -> np.ndarray:
     inner = round(1 / RATE / STEP)
     sent = [deque([0.0] * round(drive.delay / STEP)) for drive in drives]
-    points = [0.0] * len(drives)
+    points, last = [0.0] * len(drives), [0.0] * len(drives)
     out = np.empty(commands.shape)
     for k, command in enumerate(commands):
-        out[k] = [each[0] for each in pybullet.getJointStates(body, joints, physicsClientId=client)]
+        # A force acts half a step to either side of the position that it is given at: rows are half a step back.
+        rows = pybullet.getJointStates(body, joints, physicsClientId=client)
+        out[k] = [position - 0.5 * STEP * velocity for position, velocity, *_ in rows]
         for _ in range(inner):
             states = pybullet.getJointStates(body, joints, physicsClientId=client)
             forces = []
@@ -216,11 +218,15 @@ def _stepped(client: int, body: int, joints: list[int], drives: list[Servo], com
                 sent[j].append(float(command[j]))
                 asked = sent[j].popleft()
                 fastest = drive.velocity_limit * STEP
-                points[j] += min(max(asked - points[j], -fastest), fastest)
-                error = points[j] - states[j][0]
+                before = points[j]
+                points[j] += min(max(asked - before, -fastest), fastest)
+                point = points[j] if fastest == np.inf else 0.5 * (before + points[j])
+                error = point - states[j][0]
                 error = np.sign(error) * max(abs(error) - drive.deadband / 2, 0.0)
                 force = min(max(drive.proportional_gain * error, -drive.torque_limit), drive.torque_limit)
-                forces.append(force - drive.viscous_damping * states[j][1])
+                # The engine's velocities are those in the middle of its last step: half a step on, they are these.
+                velocity, last[j] = 1.5 * states[j][1] - 0.5 * last[j], states[j][1]
+                forces.append(force - drive.viscous_damping * velocity)
             pybullet.setJointMotorControlArray(
                 body, joints, pybullet.TORQUE_CONTROL, forces=forces, physicsClientId=client
             )  # fmt: skip
