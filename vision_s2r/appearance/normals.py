@@ -1,19 +1,32 @@
 """Normals of surfaces, from depth.
 
-The inverse depth of a plane is linear in the picture's coordinates, so that a plane is fitted to it around each pixel,
-among pixels of one label. Beside an edge the likeliest of the planes fitted nearby is taken, not the one across it
-(Kuwahara et al. 1976).
+The inverse depth of a plane is linear in the picture's coordinates, and that of a small patch of anything smooth is
+nearly quadratic. Both are fitted around each pixel, among pixels of one label. Beside an edge the likeliest of the
+patches fitted nearby is taken, not the one across it (Kuwahara et al. 1976).
 """
+
+from dataclasses import dataclass
 
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-_SIDE = 5  # px, of the window that a plane is fitted in
-_OFFSETS = (-2, 0, 2)  # px, between a pixel and the windows that it may be of
-_LEAST = 7.0  # pixels that make a plane
-_ACROSS = 0.05  # relative depth by which a pixel is off the plane of a window that it may be of, at most
-_BETTER = 0.25  # times the misfit of the pixel's own window, that another has to have
+_POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))  # of x and y, in a patch's terms
+_SPARE = 4.0  # pixels that make a patch, beyond its terms
+_ACROSS = 0.05  # relative depth by which a pixel is off a patch that it may be of, at most
+_BESIDE = 0.25  # times the misfit of a patch about the pixel itself, that one beside it has to have
+
+
+@dataclass(frozen=True)
+class _Kind:
+    """Patches of one size and form, and how much larger than a small plane's their misfit may be to be taken."""
+
+    reach: int  # px, to either side, and from the middle to a pixel that it may be taken for
+    terms: int  # 3: a plane, 6: curved
+    favour: float
+
+
+_KINDS = (_Kind(2, 3, 1.0), _Kind(2, 6, 0.5), _Kind(6, 3, 2.0))
 
 
 def normals(depth: Tensor, labels: Tensor, intrinsics: Tensor) -> Tensor:
@@ -23,49 +36,77 @@ def normals(depth: Tensor, labels: Tensor, intrinsics: Tensor) -> Tensor:
     """
     height, width = depth.shape[-2:]
     fx, fy, cx, cy = intrinsics.double().tolist()
-    u = ((torch.arange(width) - cx) / fx).double()[None, :].expand(height, width)
-    v = ((torch.arange(height) - cy) / fy).double()[:, None].expand(height, width)
+    x = (torch.arange(width) - cx).double()[None, :].expand(height, width)
+    y = (torch.arange(height) - cy).double()[:, None].expand(height, width)
+    rounding = _step(depth) ** 2 / 12
     found = torch.zeros((len(depth), 3, height, width))
     for label in labels.unique().tolist():
         known = (labels == label) & (depth > 0)
         if known.any():
-            own = _of_label(depth.double(), known, u, v)
-            found = torch.where(known[:, None], own.float(), found)
+            surface, fits = _surface(depth.double(), known, rounding)
+            level, along_x, along_y = surface.unbind(-1)
+            # Of a plane a·u + b·v + c = 1 / depth, with u and v at unit distance, the normal is (a, b, c).
+            plane = -torch.stack([along_x * fx, along_y * fy, level - x * along_x - y * along_y], 1)
+            unit = plane / plane.norm(dim=1, keepdim=True).clamp(min=1e-12)
+            found = torch.where(fits[:, None], unit.float(), found)
     return found
 
 
-def _of_label(depth: Tensor, known: Tensor, u: Tensor, v: Tensor) -> Tensor:
-    """Normals [N, 3, H, W] of the pixels that are `known`."""
+def _surface(depth: Tensor, known: Tensor, rounding: float) -> tuple[Tensor, Tensor]:
+    """Inverse depth (of a scale of its own) and its slopes along x and y [N, H, W, 3], and where they are known."""
     inverse = torch.where(known, 1 / depth.clamp(min=1e-6), 0.0)
-    typical = inverse[known].mean()
-    w = inverse / typical
-    mask = known.double()
-    one = torch.ones_like(u)
-    basis = [u, v, one]
-    pairs = {(i, j): _sums(mask * basis[i] * basis[j]) for i in range(3) for j in range(i, 3)}
-    matrix = torch.stack([torch.stack([pairs[min(i, j), max(i, j)] for j in range(3)], -1) for i in range(3)], -2)
-    vector = torch.stack([_sums(w * each) for each in basis], -1)
-    count = pairs[2, 2]
-    centres = known & (count >= _LEAST)
-    plane = torch.zeros_like(vector)  # [N, H, W, 3]
-    misfit = torch.full_like(count, torch.inf)
-    own = vector[centres]
-    plane[centres] = torch.linalg.solve(matrix[centres] + 1e-12 * torch.eye(3, dtype=torch.float64), own)
-    squares = _sums(w * w)[centres] - (plane[centres] * own).sum(-1)
-    misfit[centres] = (squares / (count[centres] - 3)).clamp(min=0)
-    best, chosen = misfit * _BETTER, plane
-    for dy in _OFFSETS:
-        for dx in _OFFSETS:
-            near, of_near = torch.roll(misfit, (dy, dx), (1, 2)), torch.roll(plane, (dy, dx), (1, 2))
-            fits = (of_near[..., 0] * u + of_near[..., 1] * v + of_near[..., 2] - w).abs() < _ACROSS
-            better = (near < best) & fits
-            best = torch.where(better, near, best)
-            chosen = torch.where(better[..., None], of_near, chosen)
-    size = chosen.norm(dim=-1, keepdim=True)
-    unit = torch.where(size > 0, -chosen / size.clamp(min=1e-12), 0.0)
-    return unit.permute(0, 3, 1, 2)
+    w = inverse / inverse[known].mean()
+    noise = rounding * inverse**2 * w**2
+    best = torch.full_like(w, torch.inf)
+    chosen = torch.stack([w, torch.zeros_like(w), torch.zeros_like(w)], -1)
+    for kind in _KINDS:
+        terms, misfit = _fitted(w, known, noise, kind)
+        for dy in (0, -kind.reach, kind.reach):
+            for dx in (0, -kind.reach, kind.reach):
+                surface = _at(torch.roll(terms, (dy, dx), (1, 2)), dx, dy)
+                cost = torch.roll(misfit, (dy, dx), (1, 2)) / kind.favour / (_BESIDE if dx or dy else 1.0)
+                better = (cost < best) & ((surface[..., 0] - w).abs() < _ACROSS)
+                best = torch.where(better, cost, best)
+                chosen = torch.where(better[..., None], surface, chosen)
+    return chosen, known & torch.isfinite(best)
 
 
-def _sums(values: Tensor) -> Tensor:
-    """Sums over the window around each pixel [N, H, W]."""
-    return F.avg_pool2d(values[:, None], _SIDE, 1, padding=_SIDE // 2, divisor_override=1)[:, 0]
+def _fitted(w: Tensor, known: Tensor, noise: Tensor, kind: _Kind) -> tuple[Tensor, Tensor]:
+    """Terms [N, H, W, 6] of the patch about each pixel, and its mean squared misfit; infinite with too few pixels.
+
+    By least squares among the `known`; a misfit is no smaller than the `noise` (variance) of `w`.
+    """
+    mask, powers = known.double(), _POWERS[: kind.terms]
+    every = {(p + r, q + s) for p, q in powers for r, s in powers}
+    moments = {each: _moment(mask, *each, kind.reach) for each in every}
+    matrix = torch.stack([torch.stack([moments[p + r, q + s] for r, s in powers], -1) for p, q in powers], -2)
+    vector = torch.stack([_moment(w, p, q, kind.reach) for p, q in powers], -1)
+    squares, count = _moment(w * w, 0, 0, kind.reach), moments[0, 0]
+    at = known & (count >= kind.terms + _SPARE)
+    own = vector[at]
+    solved = torch.linalg.solve(matrix[at] + 1e-9 * torch.eye(kind.terms, dtype=own.dtype), own)
+    terms, misfit = w.new_zeros((*w.shape, len(_POWERS))), torch.full_like(w, torch.inf)
+    terms[at] = F.pad(solved, (0, len(_POWERS) - kind.terms))
+    misfit[at] = ((squares[at] - (solved * own).sum(-1)) / (count[at] - kind.terms)).clamp(min=0) + noise[at]
+    return terms, misfit
+
+
+def _at(terms: Tensor, dx: int, dy: int) -> Tensor:
+    """Value and slopes along x and y [N, H, W, 3] of patches at (dx, dy) from their middle."""
+    level = sum((terms[..., k] * (dx**p * dy**q) for k, (p, q) in enumerate(_POWERS)), terms[..., 0] * 0)
+    along_x = terms[..., 1] + 2 * dx * terms[..., 3] + dy * terms[..., 4]
+    along_y = terms[..., 2] + dx * terms[..., 4] + 2 * dy * terms[..., 5]
+    return torch.stack([level, along_x, along_y], -1)
+
+
+def _moment(values: Tensor, p: int, q: int, reach: int) -> Tensor:
+    """Sums [N, H, W] of values · x^p · y^q over the window around each pixel."""
+    at = torch.arange(-reach, reach + 1, dtype=values.dtype)
+    return F.conv2d(values[:, None], (at**p * (at**q)[:, None])[None, None], padding=reach)[:, 0]
+
+
+def _step(depth: Tensor) -> float:
+    """The step (m) that depth was rounded to; 0 where it was not."""
+    steps = depth.double().unique().diff()
+    steps = steps[steps > 1e-6]  # float32 tells less from another
+    return float(steps.min()) if len(steps) else 0.0
