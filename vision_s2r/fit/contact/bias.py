@@ -27,12 +27,14 @@ def bias_of(recording: ContactRecording, rests: np.ndarray, noise: tuple[float, 
     height: list[float] = []
     for e in np.flatnonzero(rests.any(axis=1)) if len(recording.shape.points) else ():
         samples = np.flatnonzero(rests[e])
-        angle = _leans(recording.shape, recording.attitude[e, samples])
+        angle = _lean(ConvexHull(recording.shape.points).equations, recording.attitude[e, samples])[0]
         flat = angle < LEANS
         if flat.any():
             lean.append(float(np.median(angle[flat])))
-            lowest = recording.shape.lowest(recording.position[e, samples[flat]], recording.attitude[e, samples[flat]])
-            height.append(float(np.median(lowest)))
+            rows = e, samples[flat]
+            height.append(
+                float(np.median(resting(recording.shape, recording.position[rows], recording.attitude[rows])))
+            )
     if len(lean) < LEAST:
         return 0.0, 0.0
     turn = float(np.median(lean)) / MEDIAN
@@ -40,12 +42,25 @@ def bias_of(recording: ContactRecording, rests: np.ndarray, noise: tuple[float, 
     return _beyond(level, noise[0]), _beyond(turn, noise[1])
 
 
+def resting(shape: Shape, position: np.ndarray, attitude: np.ndarray) -> np.ndarray:
+    """Height [N] (m) of the support under a body at rest: that of the face with which it lies there.
+
+    Noise of the attitude lowers the lowest corner, whichever way it turns the body, and no face.
+    """
+    lowest = shape.lowest(position, attitude)
+    if not len(shape.points):
+        return lowest
+    equations = ConvexHull(shape.points).equations
+    angle, face = _lean(equations, attitude)
+    return np.where(angle < LEANS, position[:, 2] + equations[face, 3], lowest)
+
+
 def _beyond(size: float, noise: float) -> float:
     return float(np.sqrt(size**2 - noise**2)) if size > CLEAR * noise else 0.0
 
 
-def _leans(shape: Shape, attitude: np.ndarray) -> np.ndarray:
-    """Angle [N] (rad) between the vertical and the face that is nearest to the support."""
-    normals = ConvexHull(shape.points).equations[:, :3]
+def _lean(equations: np.ndarray, attitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angle [N] (rad) between the vertical and the face [N] of a hull that is nearest to the support."""
     down = Rotation.from_quat(attitude).inv().apply([0.0, 0.0, -1.0])
-    return np.arccos(np.clip((down @ normals.T).max(axis=1), -1, 1))
+    cosines = down @ equations[:, :3].T
+    return np.arccos(np.clip(cosines.max(axis=1), -1, 1)), cosines.argmax(axis=1)

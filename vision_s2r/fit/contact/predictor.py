@@ -1,8 +1,8 @@
 """What machines predict of windows, set against what was measured, in units of what is not known of it.
 
 Not known are the measured poses (their noise, and how far bodies at rest are off), the first state, which every
-prediction carries on (to second order: its covariance through the simulator), and what the simulator's step leaves. All
-poses of a window are whitened together.
+prediction carries on (to first order: its covariance through the simulator; and what draws of it leave of that), and
+what the simulator's step leaves. All poses of a window are whitened together.
 """
 
 import math
@@ -18,6 +18,7 @@ from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
 
 STEP = 0.0025  # s, of the integrator in touch, at most
 FINER = 4  # times the steps, for the integrator's own error
+DRAWS = 24  # of first states
 
 
 @dataclass(frozen=True)
@@ -84,18 +85,24 @@ class Predictor:
         """Of the differences [W, 6·H, 6·H] that a right machine leaves."""
         w, track = self.windows, self.track
         plain = self.run(space, point[None], index, w.first[index], 1)[0]
-        columns = []
-        for axis in range(12):
-            sigma = w.sigma[index, axis // 3]
-            there, back = (
-                difference(self.run(space, point[None], index, _moved(w.first[index], axis, by), 1)[0], plain)
-                for by in (sigma, -sigma)
-            )
-            # Where the outcome hangs on a hair both are moved alike: an impact earlier, or of another corner.
-            columns += [(each.reshape(len(index), -1)) for each in ((there - back) / 2, (there + back) / 2)]
+
+        def moved(by: np.ndarray) -> np.ndarray:
+            """What moving the first states by [W, 12] of their standard deviations changes [W, 6·H]."""
+            first = w.first[index]
+            for axis in range(12):
+                first = _moved(first, axis, by[:, axis] * w.sigma[index, axis // 3])
+            states = self.run(space, point[None], index, first, 1)[0]
+            return difference(states, plain).reshape(len(index), -1)
+
+        axes = np.broadcast_to(np.eye(12)[:, None], (12, len(index), 12))
+        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes], axis=2)  # [W, 6·H, 12]
+        # Where the outcome hangs on a hair, on which corner touches first, it is of all axes together, and not linear.
+        rng = np.random.default_rng(0)
+        draws = rng.standard_normal((DRAWS, len(index), 12))
+        rest = np.stack([moved(by) - np.einsum("wpa,wa->wp", linear, by) for by in draws], axis=2) / np.sqrt(DRAWS)
         fine = self.run(space, point[None], index, w.first[index], FINER)[0]
-        columns.append(difference(fine, plain).reshape(len(index), -1))
-        spread = np.stack(columns, axis=2)  # [W, 6·H, 25]
+        step = difference(fine, plain).reshape(len(index), -1, 1)
+        spread = np.concatenate([linear, rest, step], axis=2)
         noise = np.tile(np.repeat(np.square(track.states.noise) + np.square(track.bias), 3), len(w.steps))
         out = spread @ spread.transpose(0, 2, 1) + np.diag(noise)
         inside = np.repeat(w.inside[index], 6, axis=1)

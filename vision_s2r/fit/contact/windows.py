@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import NominalContact, Shape
-from vision_s2r.fit.contact.bias import bias_of
+from vision_s2r.fit.contact.bias import bias_of, resting
 from vision_s2r.fit.contact.states import States, states_of
 from vision_s2r.recording import ContactRecording
 
@@ -71,8 +71,9 @@ def make_track(recording: ContactRecording) -> ContactTrack:
     speed += recording.shape.reach * np.linalg.norm(states.state[..., 10:], axis=-1)
     reach = NEAR * recording.shape.depth + 3 * states.noise[0]
     still = speed < STILL + 3 * np.nan_to_num(states.sigma[..., 2])
-    rest = lowest[still & (np.abs(lowest) < 2 * reach)]
-    support = float(np.median(rest)) if len(rest) > 20 else 0.0
+    rest = still & (np.abs(lowest) < 2 * reach)
+    heights = resting(recording.shape, recording.position[rest], recording.attitude[rest])
+    support = float(np.median(heights)) if len(heights) > 20 else 0.0
     if support:
         states = states_of(recording, support)
     position = recording.position - np.array([0.0, 0.0, support])
