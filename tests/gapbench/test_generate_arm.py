@@ -38,3 +38,14 @@ def test_the_effects_of_a_pair_are_on_two_joints_and_both_matter(tmp_path, short
     assert len(answer.effects) == len(joints) == 2
     errors = [np.nanmean(gap_errors(recording, free_run(recording, effects))) for effects in ({}, answer.effects)]
     assert errors[1] < 1e-6 and errors[0] > 10 * errors[1]
+
+
+def test_an_unknown_effect_is_there_and_has_no_name(tmp_path, short):
+    for index, (split, known) in enumerate(arm.UNKNOWN.items()):
+        machine = arm.machine("unknown", 0, split, np.random.default_rng(3))
+        folder = tmp_path / str(index)
+        folder.mkdir()
+        machine.write(folder)
+        recording = read(folder, hold_out=False)
+        assert machine.answer.unknown == next(iter(known)) and not machine.answer.effects
+        assert np.sqrt(np.nanmean(gap_errors(recording, free_run(recording, {})))) > 5 * arm.NOISE

@@ -14,9 +14,10 @@ import numpy as np
 import yaml
 
 from vision_s2r.bullet import pybullet
+from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN, Torque
 from vision_s2r.gapbench.generate.base import Answer, Effects, SealedMachine
 
-CASES = ("null", "single", "pair")
+CASES = ("null", "single", "pair", "unknown")
 # s of the physics and the servo, Hz of the log; a torque that is held is half a step late
 STEP, RATE = 1e-4, 100.0
 EPISODES, SECONDS = 4, 8.0
@@ -37,6 +38,7 @@ class Servo:
     delay: float = 0.0  # s
     deadband: float = 0.0  # rad
     velocity_limit: float = np.inf  # rad/s
+    unknown: Torque | None = None
 
 
 @dataclass(frozen=True)
@@ -50,12 +52,17 @@ class Chain:
 
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
-    """An arm of two or three joints; cases take the effects in turn. No case differs between the splits."""
+    """An arm of two or three joints; cases take the effects in turn, `unknown` those of its split."""
     chain, drives = _drawn(rng)
     joints = rng.permutation(len(drives))
     effects: Effects = {}
     real, truth = chain, list(drives)
-    names = {"null": (), "single": (FIRST[index % len(FIRST)],)}.get(case)
+    unknown = None
+    if case == "unknown":
+        unknown, family = list(UNKNOWN[split].items())[index % len(UNKNOWN[split])]
+        at = joints[0]
+        truth[at] = replace(truth[at], unknown=family(at, len(drives), truth[at].proportional_gain, rng))
+    names = {"null": (), "unknown": (), "single": (FIRST[index % len(FIRST)],)}.get(case)
     if names is None:
         pairs = [(a, b) for a in SECOND for b in SECOND if a != b]
         names = pairs[(7 * index) % len(pairs)]
@@ -68,7 +75,8 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Seal
         else:
             truth[joint], parameters = _with(name, truth[joint], rng)
             effects[f"joint{joint}.{name}"] = parameters
-    answer = Answer(case, effects, notes={"masses": list(chain.masses), "lengths": list(chain.lengths)})
+    notes = {"masses": list(chain.masses), "lengths": list(chain.lengths)}
+    answer = Answer(case, effects, unknown=unknown, notes=notes)
     log = _log(real, truth, rng)
     return SealedMachine(answer, lambda folder: _write(folder, chain, drives, log))
 
@@ -99,7 +107,8 @@ def _with(name: str, drive: Servo, rng: np.random.Generator) -> tuple[Servo, dic
         value = getattr(drive, name) * (up if rng.random() < 0.5 else 1 / up)
         if name == "coulomb_friction":
             value = drive.coulomb_friction * float(rng.uniform(2, 3))
-        return replace(drive, **{name: value}), {"value": value}
+        changed: dict[str, Any] = {name: value}
+        return replace(drive, **changed), {"value": value}
     if name == "latency":
         value = float(rng.uniform(0.008, 0.03))
         return replace(drive, delay=value), {"delay": value}
@@ -206,14 +215,14 @@ def _stepped(client: int, body: int, joints: list[int], drives: list[Servo], com
     inner = round(1 / RATE / STEP)
     sent = [deque([0.0] * round(drive.delay / STEP)) for drive in drives]
     points, last = [0.0] * len(drives), [0.0] * len(drives)
-    out = np.empty(commands.shape)
+    out, count = np.empty(commands.shape), 0
     for k, command in enumerate(commands):
         # A force acts half a step to either side of the position that it is given at: rows are half a step back.
         rows = pybullet.getJointStates(body, joints, physicsClientId=client)
         out[k] = [position - 0.5 * STEP * velocity for position, velocity, *_ in rows]
         for _ in range(inner):
             states = pybullet.getJointStates(body, joints, physicsClientId=client)
-            forces = []
+            places, forces = np.array([each[0] for each in states]), []
             for j, drive in enumerate(drives):
                 sent[j].append(float(command[j]))
                 asked = sent[j].popleft()
@@ -226,11 +235,13 @@ def _stepped(client: int, body: int, joints: list[int], drives: list[Servo], com
                 force = min(max(drive.proportional_gain * error, -drive.torque_limit), drive.torque_limit)
                 # The engine's velocities are those in the middle of its last step: half a step on, they are these.
                 velocity, last[j] = 1.5 * states[j][1] - 0.5 * last[j], states[j][1]
-                forces.append(force - drive.viscous_damping * velocity)
+                beside = 0.0 if drive.unknown is None else drive.unknown(count * STEP, places, velocity, force)
+                forces.append(force - drive.viscous_damping * velocity + beside)
             pybullet.setJointMotorControlArray(
                 body, joints, pybullet.TORQUE_CONTROL, forces=forces, physicsClientId=client
             )  # fmt: skip
             pybullet.stepSimulation(physicsClientId=client)
+            count += 1
     return out
 
 
