@@ -69,6 +69,10 @@ def test_a_right_diagnosis_gets_full_marks(scored_by) -> None:
     assert (scored_by.out / "confusion.png").stat().st_size > 5000
     assert (scored_by.out / "estimates.png").stat().st_size > 5000
     assert "| one effect: exact | 100 % |" in (scored_by.out / "table.md").read_text()
+    table = json.loads((scored_by.out / "table.json").read_text())  # as the documentation's tables are
+    assert "kind=joint set=tuning" in table["command"] and "counts.single=2" in table["command"]
+    (row,) = (row for row in table["rows"] if row[0] == "one effect: exact")
+    assert row[1:] == [{"value": 100, "low": 34.2, "high": 100, "unit": "%", "of": 2}, "≥ 97 %"]
 
 
 def test_a_wrong_diagnosis_gets_none(scored_by) -> None:

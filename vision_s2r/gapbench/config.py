@@ -54,7 +54,7 @@ class GapbenchConfig:
     timeout: float = option(300.0, "Seconds after which a diagnosis is stopped and counts as failed.", above=0)
     out: str = option(
         "outputs/gapbench",
-        "Folder of recordings/, commitments.json, answers.json, reports/, results.json, table.md, *.png.",
+        "Folder of recordings/, commitments.json, answers.json, reports/, results.json, table.md, table.json, *.png.",
     )
     diagnose: list[str] = option(
         [],

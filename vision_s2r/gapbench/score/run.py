@@ -13,11 +13,11 @@ from vision_s2r.gapbench.files import commitment, read_json, write_json
 from vision_s2r.gapbench.score import pictures
 from vision_s2r.gapbench.score.diagnoses import run
 from vision_s2r.gapbench.score.score import Score, score
-from vision_s2r.gapbench.score.table import markdown, totals
+from vision_s2r.gapbench.score.table import markdown, published, totals
 
 
 def score_all(cfg: GapbenchConfig) -> Path:
-    """Diagnose every recording, then score: OUT/results.json, table.md, confusion.png and estimates.png.
+    """Diagnose every recording, then score: OUT/results.json, table.md and .json, confusion.png and estimates.png.
 
     Raises UserError where there is no benchmark, or an answer is not the one that was committed to.
     """
@@ -37,10 +37,17 @@ def score_all(cfg: GapbenchConfig) -> Path:
     title = f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
     text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
     write(out / "table.md", text)
+    write_json(out / "table.json", {"command": _command(sealed, cfg.limit), **published(rows)})
     pictures.save(pictures.confusion(scores), out / "confusion.png")
     pictures.save(pictures.estimates(scores), out / "estimates.png")
     print(text, file=sys.stderr)
     return out
+
+
+def _command(sealed: dict[str, Any], limit: int) -> str:
+    counts = " ".join(f"counts.{case}={count}" for case, count in sealed["counts"].items())
+    some = f" limit={limit}" if limit else ""
+    return f"vision-s2r gapbench kind={sealed['kind']} set={sealed['set']} seed={sealed['seed']} {counts}{some}"
 
 
 def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
