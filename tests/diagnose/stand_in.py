@@ -32,6 +32,7 @@ class Curves:
 
     y: np.ndarray
     noise: float = 0.1
+    reach: float = 0.1  # of intervals
     withheld: Names = frozenset()
     certain: Mapping[str, float] = field(default_factory=dict)
     not_excited: Mapping[str, str] = field(default_factory=dict)
@@ -39,6 +40,7 @@ class Curves:
     unsteady = ""
     allowance: float = 0.0
     rough: Names = frozenset()
+    guessed: Names = frozenset()
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})
     discrepancies: Mapping[str, str] = field(default_factory=lambda: {"anything smooth": "a smooth curve"})
@@ -120,7 +122,7 @@ class Curves:
         return False
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
-        return {n: {"size": (v["size"] - 0.1, v["size"] + 0.1)} for n, v in hypothesis.values.items()}
+        return {n: {"size": (v["size"] - self.reach, v["size"] + self.reach)} for n, v in hypothesis.values.items()}
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         return Experiment(f"{len(rivals)} rivals, {len(not_excited)} not_excited")

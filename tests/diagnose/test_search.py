@@ -64,6 +64,8 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     whole, slight = (diagnosed(recording(7, wave=10.0, step=size)) for size in (0.6, 0.06))
     assert names(whole) == {"wave", "step"} and names(slight) == {"wave"}
     assert min(effect["share"] for effect in whole["effects"]) < 0.01
+    unknown = diagnosed(recording(7, wave=10.0, step=0.6), reach=0.55)  # how large it is
+    assert names(unknown) == {"wave"}
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
@@ -84,6 +86,24 @@ def test_what_no_effect_explains_is_unexplained_and_located() -> None:
     assert found["verdict"] == "unexplained"
     assert not found["effects"]
     assert found["unexplained"]["where"][0]["at"] == "late"
+
+
+def test_beside_something_unknown_the_simulator_is_no_worse_than_one_that_is_identified() -> None:
+    """And guessed parameters are named where little is left beside them, not where others may do an unknown's work."""
+    ys = [recording(4, slope=1.0, other=size * np.sin(40 * np.pi * T)) for size in (1.0, 0.2)]
+    large, small = (diagnosed(y, guessed=frozenset({"slope"})) for y in ys)
+    known = diagnosed(ys[1])
+    assert known["verdict"] == "unexplained" and not known["effects"]
+    for found in (large, small, known):
+        assert found["gap"]["after"] <= found["gap"]["refitted"] < 0.9 * found["gap"]["before"]
+    assert large["verdict"] == "unexplained" and [each["name"] for each in large["refitted"]] == ["slope"]
+    assert small["verdict"] == "partly_explained" and names(small) == {"slope"}
+
+
+def test_what_the_recording_could_hardly_have_shown_keeps_its_nominal_value() -> None:
+    y = recording(4, slope=1.0, offset=0.018, other=np.sin(40 * np.pi * T))
+    for hidden, refitted in (({}, {"offset", "slope"}), ({"offset": "nothing shows it"}, {"slope"})):
+        assert {each["name"] for each in diagnosed(y, not_excited=hidden)["refitted"]} == refitted
 
 
 def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:

@@ -118,7 +118,7 @@ def _refitted(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
 
 def _parameters(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
     values = simulator.hypothesis.values[name]
-    intervals = case.intervals(simulator.fitted)[name]
+    intervals = case.intervals(simulator.assessment.hypothesis)[name]
     return {
         p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
         for p in case.library[name].parameters

@@ -19,7 +19,9 @@ from vision_s2r.fit.gap import Gap, Share
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
-NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part
+LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
+NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part …
+WIDE = 10.0  # … and a parameter of it is known to less than this factor
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class Simulator:
 
     names: Names  # what it has: named effects, and nominal parameters that are refitted beside them
     hypothesis: Hypothesis  # from all segments
-    fitted: Hypothesis  # the fit that this is, with the discrepancy terms that it had
+    assessment: Assessment  # that this is of, with the discrepancy terms that it had
     folds: tuple[Hypothesis, ...]  # from all segments but those of each fold
     error: np.ndarray  # [segments] mean squared error, each segment under the fold that has not seen it
 
@@ -61,15 +63,30 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if is_slight(gap.share(stated[name])) and not _needed(assessor, found, name)
+            if is_slight(gap.share(stated[name])) and not _needed(case, assessor, found, name)
         ]
         if not weak:
+            causes = _causes(case, found, simulator, gap, parts) - found.effects
+            if causes:
+                found = replace(found, final=simulator.assessment, effects=found.effects | causes)
+                stated |= {name: parts[name] for name in causes}
             return Settled(found, simulator, gap, parts, stated, harmful, slight)
         least = min(weak, key=lambda name: float(parts[name].sum()))
         found = replace(found, effects=found.effects - {least})
         if least not in case.refitted:  # a nominal parameter may stay as the data have it, without being named
             slight |= {least}
             found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
+
+
+def _causes(case: Case, found: Found, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
+    """Guessed parameters that are causes although something is left: little is, and they close much of the gap.
+
+    Those that the search needs although it has a flexible unknown: others may be doing its work.
+    """
+    if gap.after.mean() > LITTLE * gap.before.mean():
+        return frozenset()
+    needed = simulator.names & found.final.names & case.guessed
+    return frozenset(name for name in needed if gap.share(parts[name]).ci[0] > LARGE_SHARE)
 
 
 def is_slight(share: Share) -> bool:
@@ -87,13 +104,16 @@ def _stated(
     return parts[name] if is_slight(gap.share(beside)) else beside
 
 
-def _needed(assessor: Assessor, found: Found, name: str) -> bool:
-    """Whether without this name more than noise is left, and most of that is its own.
+def _needed(case: Case, assessor: Assessor, found: Found, name: str) -> bool:
+    """Whether without this name more than noise is left, most of that is its own, and its size is known.
 
     Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it.
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
+    if assessor.adequate(without) or assessor.gain(found.final, without).share < NEEDED:
+        return False
+    intervals = np.array(list(case.intervals(found.final.hypothesis)[name].values()))
+    return bool((intervals.prod(axis=1) * WIDE > (intervals**2).max(axis=1)).any())
 
 
 def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> np.ndarray:
@@ -107,21 +127,31 @@ def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> 
 
 
 def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
-    """The best of what the named effects make of the simulator; the simulator as it came where all are worse."""
+    """The best of what the named effects make of the simulator, and no worse than one that is merely identified.
+
+    The simulator as it came where nothing is to be mended, or all are worse.
+    """
     nominal = _of(case, assessor, found.nominal, frozenset())
-    if not found.effects:
+    certain = frozenset(case.certain)
+    if not found.effects and assessor.adequate(found.nominal):
         return nominal
-    kept = found.final.names - found.unknown
-    best = _of(case, assessor, found.final, kept)
-    if found.unknown and found.effects <= frozenset(case.certain):
+    others = []
+    if found.unknown or not found.adequate:  # identified: by few parameters, or by all, a servo's with a gain for one
+        whole = case.refitted | certain
+        gains = case.simplify(whole)[:1] if case.guessed else []
+        others = [found.identified, *(assessor.one(names) for names in (*gains, whole))]
+    if found.effects <= certain and others:
         # No effect whose parameters a discrepancy term would have kept from doing the unknown's work.
-        plain = found.effects | case.refitted
-        best = _of(case, assessor, assessor.one(plain, found.refitted.hypothesis), plain)
-    elif found.unknown:
-        for names in dict.fromkeys((kept, found.effects)):
-            other = _of(case, assessor, assessor.one(names, found.final.hypothesis), names)
-            if other.error.mean() < BETTER**2 * best.error.mean():
-                best = other
+        best = _of(case, assessor, others[0], others[0].names)
+    else:
+        best = _of(case, assessor, found.final, found.final.names - found.unknown)
+        if found.unknown:
+            plain = dict.fromkeys((best.names, found.effects))
+            others = [assessor.one(names, found.final.hypothesis) for names in plain] + others
+    for assessment in others:
+        other = _of(case, assessor, assessment, assessment.names)
+        if other.error.mean() < BETTER**2 * best.error.mean():
+            best = other
     return best if best.error.mean() < nominal.error.mean() else nominal
 
 
@@ -129,4 +159,4 @@ def _of(case: Case, assessor: Assessor, assessment: Assessment, names: Names) ->
     """The simulator of a fit, with only these of its names."""
     alone = [reduced(each, names, assessment.names) for each in (assessment.hypothesis, *assessment.folds)]
     error = held_out(case, assessor, tuple(alone[1:]))
-    return Simulator(names, alone[0], assessment.hypothesis, tuple(alone[1:]), error)
+    return Simulator(names, alone[0], assessment, tuple(alone[1:]), error)

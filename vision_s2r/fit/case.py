@@ -75,6 +75,7 @@ class Case(Protocol):
     unsteady: str  # what the real thing does otherwise in each segment, in a few words; no effect is to blame for it
     allowance: float  # share of the noise that segments are measured by, that is for effects unlike their definitions
     rough: Names  # effects whose form is only roughly the same on any two machines: how hard a contact is
+    guessed: Names  # nominal parameters that nobody measured, and that are causes even beside something unknown
     sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are
 
     @property

@@ -53,7 +53,7 @@ def study(cfg: HardwareConfig) -> list[Path]:
         if not (folder / "measured.json").exists():
             _write(folder / "measured.json", _measured(machine, motion, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
-            _write(folder / "left_out.json", _left_out(machine.recordings[motion], folder))
+            _write(folder / "left_out.json", _left_out(machine.recordings[motion], folder, cfg.jobs))
     return _tables(found, out)
 
 
@@ -117,8 +117,8 @@ def _error(recording: JointRecording, given: Values) -> float:
     return float(np.nanmean(np.sqrt(gap_errors(recording, free_run(recording, given)))))
 
 
-def _left_out(folder: Path, report: Path) -> dict[str, dict[str, Any]]:
-    """Each log left out in turn, under friction models and under what the diagnosis names, fitted to the others.
+def _left_out(folder: Path, report: Path, jobs: int) -> dict[str, dict[str, Any]]:
+    """Each log left out in turn: under friction models fitted to the others, and under a diagnosis of the others.
 
     Empty for a recording of fewer than LEAST_LOGS.
     """
@@ -127,10 +127,26 @@ def _left_out(folder: Path, report: Path) -> dict[str, dict[str, Any]]:
         return {}
     case = JointCase(recording, {effect.name: effect for effect in JOINT_EFFECTS})
     gains = frozenset({"proportional_gain", "derivative_gain"} if recording.servo else ())
-    own = frozenset(diagnosed(read_report(report / "report.json"))) | case.refitted
-    models = {name: FREE | gains | names for name, names in MODELS.items()} | {"diagnosed": own}
-    return {"as believed": _each_without(recording, case, None)} | {
-        name: _each_without(recording, case, names) for name, names in models.items()
+    found = {"as believed": _each_without(recording, case, None)}
+    found |= {name: _each_without(recording, case, FREE | gains | names) for name, names in MODELS.items()}
+    return found | {
+        "diagnosed": _diagnosed_without(recording, values(diagnosed(read_report(report / "report.json"))), jobs)
+    }
+
+
+def _diagnosed_without(recording: JointRecording, whole: Values, jobs: int) -> dict[str, Any]:
+    """The same of diagnoses, each of all logs but one; `whole` is of all."""
+    started = time.process_time()
+    errors = []
+    for k in range(len(recording)):
+        others = split(recording, [other for other in range(len(recording)) if other != k])
+        without = values(diagnosed(diagnose(others, DiagnoseConfig(), jobs).to_dict()))
+        errors.append(_error(split(recording, [k]), without))
+    seconds = time.process_time() - started
+    return {
+        "errors": errors,
+        "all": [_error(split(recording, [k]), whole) for k in range(len(recording))],
+        "seconds": seconds,
     }
 
 

@@ -14,11 +14,12 @@ from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.gapbench.generate import joint
+from vision_s2r.gapbench.generate.base import SealedMachine
 from vision_s2r.joint import DYNAMICS
 from vision_s2r.recording import read
 
 
-def sealed(case: str, index: int, folder: Path) -> joint.Machine:
+def sealed(case: str, index: int, folder: Path) -> SealedMachine:
     found = joint.machine(case, index, "tuning", np.random.default_rng([5, joint.CASES.index(case), index]))
     folder.mkdir(exist_ok=True)
     found.write(folder)

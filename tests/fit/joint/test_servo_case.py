@@ -87,7 +87,12 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert [effect["name"] for effect in report["effects"]] == ["latency"] and report["verdict"] == "explained"
     assert report["effects"][0]["parameters"]["delay"]["value"] == pytest.approx(0.013, rel=0.02)
     states = {line["name"]: line["status"] for line in report["candidates"]}
-    assert states["torque_constant"] == "not_excited" and states["deadband"] != "not_excited"
+    assert states["torque_constant"] == "absent" and states["deadband"] != "not_excited"
+    assert diagnosis.case.simplify(diagnosis.case.refitted)[0] == frozenset(
+        {"torque_constant", "inertia", "viscous_damping", "coulomb_friction", "bias_torque"}
+    )  # the weight is what is known best
+    never_at_its_limit = replace(recording, nominal={**NOMINAL, "command_limit": 100.0})
+    assert "one with the proportional gain" in open_case(never_at_its_limit).not_excited["torque_constant"]
     rivals = [diagnosis.settled.simulator.hypothesis, Hypothesis()]
     asked = diagnosis.case.experiment(rivals, ["position_offset"]).sentence
     assert "tells latency from without latency" in asked and "would show position_offset" in asked

@@ -57,6 +57,7 @@ class CameraCase:
     kind = "camera"
     sharp = True
     rough: Names = frozenset()
+    guessed: Names = frozenset()
     refitted: Names = frozenset()
     metric = "pixel_rmse"
     unit = "grey levels"

@@ -42,6 +42,7 @@ class ContactCase:
     unsteady = ""
     allowance = 0.0
     rough: Names = frozenset({name for name, fit in CONTACT_FITS.items() if fit.rough})
+    guessed: Names = frozenset()
     discrepancies: Mapping[str, str] = MEANINGS
     certain: Mapping[str, float] = {}
     metric, unit = "position_rmse", "m"

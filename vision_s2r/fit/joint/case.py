@@ -40,6 +40,8 @@ TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulato
 ONE_GAIN = "it is one with the proportional gain"
 NEVER_OFF = "the drive is never off: it is one with viscous damping"
 NO_SERVO = "no targets of a position servo are in the recording"
+SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
+LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
@@ -61,7 +63,8 @@ class JointCase:
     def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
         self.recording = recording
         self.library = library
-        apart = {"torque_constant": ONE_GAIN} if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
+        one_gain = {} if _reaches_its_limit(recording) else {"torque_constant": ONE_GAIN}
+        apart = one_gain if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
         off = recording.supply is not None and bool((recording.supply <= 0).any())
         apart |= {} if off else {"back_emf": NEVER_OFF}
         self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
@@ -70,6 +73,8 @@ class JointCase:
         self.track: JointTrack = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
+        # A servo's torque is known to nobody, and its constants are copied from elsewhere.
+        self.guessed: Names = frozenset({*DYNAMICS} & self.library.keys()) if recording.servo else frozenset()
         # The damping that a model believes in is in part the motor's, which goes with its drive.
         self.refitted = frozenset((self.refitted | ({"back_emf"} if off else set())) & self.library.keys())
         self.metric, self.unit = gap_metric(recording)
@@ -271,12 +276,12 @@ class JointCase:
 
     def simplify(self, names: Names) -> Sequence[Names]:
         """A gain (a torque constant, or a servo's) for several nominal parameters that are scaled together."""
-        gain = "proportional_gain" if self.recording.servo else "torque_constant"
-        scaled = names & {"inertia", "viscous_damping", "coulomb_friction"}
+        gain = "proportional_gain" if "torque_constant" in self._apart else "torque_constant"
+        scaled = [name for name in SCALED if name in names]
         if gain not in self.library or len(scaled) < 2:
             return []
         # A gain scales them all: with it, one of them stays nominal and the others may differ.
-        return [(names | self.refitted) - {name} | {gain} for name in sorted(scaled)]
+        return [(names | self.refitted) - {name} | {gain} for name in scaled]
 
     def confusable(self, name: str) -> Names:
         """Effects that may pass for this one."""
@@ -345,6 +350,15 @@ class JointCase:
             )
         velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"
         return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
+
+
+def _reaches_its_limit(recording: JointRecording) -> bool:
+    """Whether a position servo asks for more than its drive gives, now and then: that tells its gains apart."""
+    gain = recording.nominal.get("proportional_gain")
+    if not recording.servo or gain is None:
+        return False
+    asked = np.abs(gain * (recording.command - recording.position))
+    return bool((asked > recording.nominal["command_limit"]).mean() > LIMITED)
 
 
 def _is_derived(recording: JointRecording) -> bool:

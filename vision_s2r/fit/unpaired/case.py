@@ -59,6 +59,7 @@ class UnpairedCase:
     unsteady = ""
     allowance = 0.0
     rough: Names = frozenset()
+    guessed: Names = frozenset()
     refitted: Names = frozenset()
     metric = "statistics_distance"
     unit = "–"
