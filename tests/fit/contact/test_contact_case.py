@@ -60,6 +60,13 @@ def test_every_contact_effect_says_what_fitting_needs():
         assert fit.not_excited and fit.excited_by and fit.confusable <= set(CONTACT_FITS)
 
 
+def test_what_would_show_an_effect_is_never_the_nominal_value():
+    for value in (0.0, 0.025, 0.1, 0.2, 0.5, 0.95):  # an effect of no size is "not excited", whatever the recording
+        scales = ContactScales(NominalContact(0.37, value, value), CUBE, DT)
+        for name in ("lateral_friction", "restitution"):
+            assert abs(CONTACT_FITS[name].plausible(scales)["value"] - value) > 0.015
+
+
 def test_velocities_are_read_off_poses_as_surely_as_they_say():
     recording, truth = tossed({})
     states = states_of(recording)

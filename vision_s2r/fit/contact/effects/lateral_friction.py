@@ -8,7 +8,7 @@ CONTACT_FITS.register(
     ContactFit(
         ranges=lambda s: [linear("value", 0.0, 3.0, 0.5, 1.0)],
         starts=lambda s: [{"value": max(s.nominal.lateral_friction, 0.05) * x} for x in (0.4, 0.75, 1.0, 1.5)],
-        plausible=lambda s: {"value": 0.9 * s.nominal.lateral_friction + 0.02},
+        plausible=lambda s: {"value": 1.1 * s.nominal.lateral_friction + 0.02},
         not_excited="nothing slides",
         excited_by="pushes along the support",
     ),
