@@ -64,8 +64,6 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     whole, slight = (diagnosed(recording(7, wave=10.0, step=size)) for size in (0.6, 0.06))
     assert names(whole) == {"wave", "step"} and names(slight) == {"wave"}
     assert min(effect["share"] for effect in whole["effects"]) < 0.01
-    unknown = diagnosed(recording(7, wave=10.0, step=0.6), reach=0.55)  # how large it is
-    assert names(unknown) == {"wave"}
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
@@ -112,6 +110,8 @@ def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     assert found["verdict"] == "partly_explained"
     assert names(found) == {"wave"}
     assert 0.3 < found["unexplained"]["share"] < 0.7
+    guess = {"guessed": frozenset({"slope"}), "reach": 0.45}  # who knows how large anything is
+    assert not diagnosed(recording(5, wave=0.5, other=other), **guess)["effects"]
 
 
 def test_a_small_rest_is_explained_only_beside_an_effect_of_a_rough_form() -> None:

@@ -20,8 +20,8 @@ BETTER = 0.95  # times the error, that another simulator must leave to be prefer
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
 LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
-NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part …
-WIDE = 10.0  # … and a parameter of it is known to less than this factor
+NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part
+WIDE = 10.0  # between the ends of its interval: a size that is known no better beside guesses and something unknown
 
 
 @dataclass(frozen=True)
@@ -63,7 +63,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if is_slight(gap.share(stated[name])) and not _needed(case, assessor, found, name)
+            if (is_slight(gap.share(stated[name])) and not _needed(assessor, found, name))
+            or (_open(found) and case.guessed and not _known(case, found.final, name))
         ]
         if not weak:
             causes = _causes(case, found, simulator, gap, parts) - found.effects
@@ -85,7 +86,7 @@ def _causes(case: Case, found: Found, simulator: Simulator, gap: Gap, parts: dic
     """
     if gap.after.mean() > LITTLE * gap.before.mean():
         return frozenset()
-    needed = simulator.names & found.final.names & case.guessed
+    needed = (simulator.names & found.final.names & case.guessed) - frozenset(case.not_excited)
     return frozenset(name for name in needed if gap.share(parts[name]).ci[0] > LARGE_SHARE)
 
 
@@ -104,15 +105,23 @@ def _stated(
     return parts[name] if is_slight(gap.share(beside)) else beside
 
 
-def _needed(case: Case, assessor: Assessor, found: Found, name: str) -> bool:
-    """Whether without this name more than noise is left, most of that is its own, and its size is known.
+def _needed(assessor: Assessor, found: Found, name: str) -> bool:
+    """Whether without this name more than noise is left, and most of that is its own.
 
     Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it.
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    if assessor.adequate(without) or assessor.gain(found.final, without).share < NEEDED:
-        return False
-    intervals = np.array(list(case.intervals(found.final.hypothesis)[name].values()))
+    return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
+
+
+def _open(found: Found) -> bool:
+    """Whether something is left that nothing explains."""
+    return bool(found.unknown) or not found.adequate
+
+
+def _known(case: Case, of: Assessment, name: str) -> bool:
+    """Whether it is known how large an effect is: at least one of its parameters, within a factor of WIDE."""
+    intervals = np.array(list(case.intervals(of.hypothesis)[name].values()))
     return bool((intervals.prod(axis=1) * WIDE > (intervals**2).max(axis=1)).any())
 
 
@@ -136,7 +145,7 @@ def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
     if not found.effects and assessor.adequate(found.nominal):
         return nominal
     others = []
-    if found.unknown or not found.adequate:  # identified: by few parameters, or by all, a servo's with a gain for one
+    if _open(found):  # identified: by few parameters, or by all, a servo's with a gain for one
         whole = case.refitted | certain
         gains = case.simplify(whole)[:1] if case.guessed else []
         others = [found.identified, *(assessor.one(names) for names in (*gains, whole))]

@@ -19,7 +19,7 @@ def table(measured: Sequence[Mapping[str, Any]], experts: Mapping[str, str]) -> 
         rows.append(
             [
                 f"{each['machine']}, {each['motion']}",
-                f"{each['verdict'].replace('_', ' ')}: {_names(each)}",
+                f"{each['verdict'].replace('_', ' ')}: {_names(each)}{_refitted(each)}",
                 experts[each["machine"]],
                 _three(1e3 * gap[key] for key in ("before", "refitted", "after")),
                 _three(1e3 * np.mean([o[key] for o in others]) for key in ("believed", "identified", "diagnosed"))
@@ -74,6 +74,11 @@ def _names(measured: Mapping[str, Any]) -> str:
         for each in measured["effects"]
     ]
     return "; ".join(named) or "no name"
+
+
+def _refitted(measured: Mapping[str, Any]) -> str:
+    names = ", ".join(name.replace("_", " ") for name in measured["refitted"])
+    return f" (refitted: {names})" if names else ""
 
 
 def _three(values: Any) -> str:
