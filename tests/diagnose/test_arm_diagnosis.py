@@ -6,9 +6,11 @@ import mujoco
 import pytest
 from recordings import an_arm
 
-from vision_s2r.diagnose.arm import diagnose_arm
+from vision_s2r.diagnose.arm import _likely, _off, diagnose_arm
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
+from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 # A small search among a dozen effects: the search itself has tests of its own.
@@ -51,3 +53,12 @@ def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path)
     nothing = diagnose_arm(an_arm(), QUICK).to_dict()
     assert nothing["verdict"] == "no_gap" and not nothing["effects"]
     assert json.dumps(nothing, allow_nan=False)
+
+
+def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
+    """Loads are then sharp where commands step; by measured accelerations alone they are blurred, and no name fits."""
+    runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}, seconds=2.0))
+    made = problems(runs.recording, motions(runs, {}), {})
+    near = _likely(runs, made, "elbow", {}, {}, QUICK)
+    assert _off(runs, "elbow", {}) > 100 * 2e-4**2
+    assert _off(runs, "elbow", near) < 1.2 * 2e-4**2

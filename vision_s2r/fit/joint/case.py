@@ -85,6 +85,7 @@ class JointCase:
         self._grid: QuantizationGrid | None = grid if known else None
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.BlockScores] = {}
+        self.likely = NOMINAL  # a first look: nominal parameters refitted, and the largest effects
         self._promising: set[str] = set()  # effects that seem to gain something, plausible or not
         self._prepare(grid if grid and not known else None, rounding)
 
@@ -106,6 +107,7 @@ class JointCase:
             base = self._fit_base()
             best = self._fitter.fit(names_of(best), range(self.segments), best)
             noise = fast_variance(self._fitter.residuals(best, range(self.segments)), self.track.lengths)
+        self.likely = best
         track = self.track
         # A joint that hardly moves shows no noise.
         noise = np.where(noise > 0, noise, resolved(self._fitter.observer.seen) ** 2 / 12)
