@@ -22,7 +22,6 @@ FILLED = re.compile(f"({ASKED.pattern}).*?(?=^<!-- end -->$)", re.MULTILINE | re
 TITLES = {
     "rcan": "RCAN",
     "rcan_student": "RCAN student",
-    "rcan_student_43_minutes": "RCAN student, 43 minutes",
     "real": "real look, perfect camera",
 }
 
