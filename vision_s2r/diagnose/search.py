@@ -160,8 +160,9 @@ class Search:
         whole = self._assessor.fit([(found.names, found.hypothesis)])[found.names]
         for name in sorted(doubtful, key=lambda each: (whole - scores[found.names - {each}]) / wanted[each]):
             less = self._assessor.one(found.names - {name}, found.hypothesis)
-            if found.score - less.score <= wanted[name]:
-                found = less
+            if found.score - less.score > wanted[name]:
+                break
+            found = less
         return found
 
     def _challenge(self, named: Assessment, base: Assessment) -> tuple[Assessment, Names]:
@@ -240,9 +241,8 @@ class Search:
         something unknown nominal parameters are not named in any case.
         """
         unknown = bool(found.names & self._discrepancies)
-        if not self._assessor.adequate(found):
-            found = self._identified(found)
-            return found if unknown else self._shed(found, self._effects)
+        if not unknown and not self._assessor.adequate(found):
+            return self._shed(self._identified(found), self._effects)
         found = self._shed(found, self._case.refitted)
         if not unknown:
             found = self._shed(found, self._effects | self._case.refitted)

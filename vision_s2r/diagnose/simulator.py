@@ -67,7 +67,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             or (_open(found) and case.guessed and not _known(case, found.final, name))
         ]
         if not weak:
-            causes = _causes(case, found, simulator, gap, parts) - found.effects
+            causes = _causes(case, simulator, gap, parts) - found.effects
             if causes:
                 found = replace(found, final=simulator.assessment, effects=found.effects | causes)
                 stated |= {name: parts[name] for name in causes}
@@ -79,15 +79,12 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
 
 
-def _causes(case: Case, found: Found, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
-    """Guessed parameters that are causes although something is left: little is, and they close much of the gap.
-
-    Those that the search needs although it has a flexible unknown: others may be doing its work.
-    """
+def _causes(case: Case, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
+    """Guessed parameters that are causes although something is left: little is, and they close much of the gap."""
     if gap.after.mean() > LITTLE * gap.before.mean():
         return frozenset()
-    needed = (simulator.names & found.final.names & case.guessed) - frozenset(case.not_excited)
-    return frozenset(name for name in needed if gap.share(parts[name]).ci[0] > LARGE_SHARE)
+    guessed = (simulator.names & case.guessed) - frozenset(case.not_excited)
+    return frozenset(name for name in guessed if gap.share(parts[name]).ci[0] > LARGE_SHARE)
 
 
 def is_slight(share: Share) -> bool:
