@@ -62,6 +62,38 @@ def test_a_longer_latency_that_joins_later_and_clocks_of_their_own():
     np.testing.assert_array_equal(later[1], play_back(Joints(machines[1:], 0.5 * DT), command[50:])[0])
 
 
+def test_copies_go_their_own_way_and_leave_the_joints_where_they_are():
+    machines, command = machines_with_each_effect(), commands(200)
+    joints = Joints(machines, DT)
+    play_back(joints, command)
+    copies = joints.take(np.repeat(np.arange(len(joints)), 2))
+    play_back(copies, -command)
+    untouched = Joints(machines, DT)
+    play_back(untouched, command)
+    np.testing.assert_array_equal(play_back(joints.take(np.arange(len(joints))), command), play_back(joints, command))
+    np.testing.assert_array_equal(joints.true, (play_back(untouched, command), untouched.true)[1])
+
+
+@pytest.mark.parametrize(
+    "effect", [{}, {"latency": {"delay": 0.015}}, {"compliance": {"stiffness": 5, "damping": 0.1}}]
+)
+def test_what_a_command_changes_later_is_the_product_of_the_samples_jacobians(effect):
+    machine, command = pack(NOMINAL, effect)[None], np.full(40, 0.8)
+    joints, nudged = (Joints(machine, DT) for _ in range(2))
+    late = joints.delays[0]
+    change = np.zeros(4)
+    for k in range(40):
+        after, jacobian = joints.differentiated(command[k : k + 1])
+        acts = np.array([k - late == 20, k - late - 1 == 20], float)  # the command of sample 20
+        change = np.concatenate([change, acts]) @ jacobian[0]
+        joints.step(command[k : k + 1])
+        nudged.step(command[k : k + 1] + 1e-3 * (k == 20))
+    np.testing.assert_array_equal(after, joints.moving)
+    expected = (nudged.moving - joints.moving)[0] / 1e-3
+    assert abs(expected[1]) > 0.01
+    np.testing.assert_allclose(change[:2], expected[:2], rtol=1e-3, atol=1e-6)
+
+
 def test_the_same_bits_however_many_threads(monkeypatch):
     machines, command = np.repeat(machines_with_each_effect(), 3, axis=0), commands(100)
     alone = play_back(Joints(machines, DT), command)

@@ -1,5 +1,6 @@
 """Many joints stepped together, a sample at a time: what a controller that looks and then commands needs."""
 
+import copy
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
@@ -34,6 +35,8 @@ _DELAY = COLUMNS.index("latency.delay")
 _STIFFNESS = COLUMNS.index("compliance.stiffness")
 _SERVO = COLUMNS.index("proportional_gain")
 _STATE = 8  # position and velocity of the load, weights, other torque, velocity of the motor, twist, side
+_MOVING = np.array([0, 1, 5, 6])  # of these, positions and velocities
+_NUDGE = np.array([1e-5, 1e-4, 1e-4, 1e-5, 4e-4, 4e-4])  # of each of them, and of two commands: rad, rad/s, A
 
 
 class Joints:
@@ -84,6 +87,15 @@ class Joints:
     def true(self) -> np.ndarray:
         """Position and velocity [N, 2] of the loads, whatever the encoders show."""
         return self._states[:, :2].copy()
+
+    def take(self, which: np.ndarray) -> "Joints":
+        """Copies of the joints `which` [K] as they are now, to be stepped on their own; one may be taken often."""
+        copies = copy.copy(self)
+        for name in ("_machines", "_sample_time", "_substeps", "_samples", "_sent", "_states", "_shown"):
+            setattr(copies, name, getattr(self, name)[which])
+        if len(self._responses) == len(self):
+            copies._responses = self._responses[which]
+        return copies
 
     def reset(
         self,
@@ -155,6 +167,36 @@ class Joints:
         else:
             list(self._pool.map(share, range(self._threads)))
         return self._shown.copy()
+
+    @property
+    def moving(self) -> np.ndarray:
+        """Position and velocity of the load, velocity of the motor, twist of play or spring [N, 4]."""
+        return self._states[:, _MOVING]
+
+    @property
+    def delays(self) -> np.ndarray:
+        """Whole samples [N] that a command waits; in what a latency has over it acts the one before."""
+        return (self._machines[:, _DELAY] / self._sample_time).astype(int)
+
+    def differentiated(self, command: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where `step(command)` would lead, [N, 4] as `moving`, and its Jacobian [N, 6, 4] by forward differences.
+
+        Rows of the Jacobian are of small changes: of `moving` before, then of the command that begins to act within
+        the sample (`delays` samples old) and of the one before that.
+        """
+        count, changes = len(self), len(_NUDGE)
+        changed = self.take(np.tile(np.arange(count), changes + 1))  # and once unchanged, as the last
+        sent = np.tile(command, changes + 1)
+        joints, late, ring = np.arange(count), self.delays, self._sent.shape[1]
+        for row, column in enumerate(_MOVING):
+            changed._states[row * count + joints, column] += _NUDGE[row]
+        now, before = count * (changes - 2), count * (changes - 1)
+        changed._sent[now + joints, (self._samples - late) % ring] += _NUDGE[-2]
+        changed._sent[before + joints, (self._samples - late - 1) % ring] += _NUDGE[-1]
+        sent[now : now + count][late == 0] += _NUDGE[-2]
+        changed.step(sent)
+        after = changed.moving.reshape(changes + 1, count, -1)
+        return after[-1], ((after[:-1] - after[-1]) / _NUDGE[:, None, None]).transpose(1, 0, 2)
 
 
 def _compile(sources: str) -> tuple[Any, Any]:
