@@ -1,24 +1,22 @@
 """The experiment: ranges that widen by themselves against hand-picked ones (OpenAI et al. 2019, section 5)."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from vision_s2r import files
-from vision_s2r.control import pictures
-from vision_s2r.control.config import ControlConfig, check
+from vision_s2r.control import pictures, report
+from vision_s2r.control.config import ControlConfig, check, episode_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.machines import AdrRanges, Controller, DrawnMachines, Given, Values
-from vision_s2r.control.policy import Policy
+from vision_s2r.control.policy import Informed, Policy
+from vision_s2r.control.progress import machines_of
 from vision_s2r.control.realities import targets
 from vision_s2r.control.tracking import track
-from vision_s2r.control.training import machines_of
 from vision_s2r.control.training_jobs import (
     Source,
     box_of,
@@ -29,7 +27,7 @@ from vision_s2r.control.training_jobs import (
     reality_of,
     trained_on,
 )
-from vision_s2r.control.trials import show, summary, tried
+from vision_s2r.control.trials import summary, tried
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.randomize import AdrConfig, AutomaticDomainRandomization, dimensions, sample_at
 from vision_s2r.randomize.coverage import covered_of_box
@@ -53,49 +51,45 @@ def adr(cfg: ControlConfig) -> Path:
     if cfg.adr.rival not in cfg.policies:
         raise UserError(f"adr.rival: no policy '{cfg.adr.rival}', {nearest(cfg.adr.rival, cfg.policies)}")
     rival = cfg.policies[cfg.adr.rival]
-    # What counts as reached in training is the adr_ranges's own affair; what is reported is the task's.
-    training = replace(
-        cfg,
-        task=replace(cfg.task, tolerance=cfg.adr.tolerance),
-        training=replace(cfg.training, decay=cfg.adr.decay),
-    )
+    # What counts as reached in training is the ranges' own affair; what is reported is the task's.
+    training = replace(cfg, task=replace(cfg.task, tolerance=cfg.adr.tolerance))
     sources = {
-        AUTOMATIC: Source(lambda seed: adr_ranges(training, seed), cfg.adr.history),
-        RIVAL: drawn(cfg, replace(rival, history=cfg.adr.history)),
+        AUTOMATIC: Source(lambda seed: adr_ranges(training, seed), cfg.adr.history, "gradient"),
+        RIVAL: drawn(cfg, replace(rival, history=cfg.adr.history, method="gradient")),
     }
     policies = trained_on(training, sources, cfg.seeds, cfg.adr.steps)
     histories = [machines_of(folder(cfg, AUTOMATIC, cfg.seed + k))["history"] for k in range(cfg.seeds)]
     found_ranges = [box_of(cfg, history[-1]["ranges"]) for history in histories]
-    afresh = Source(lambda seed: DrawnMachines(found_ranges[seed - cfg.seed]), cfg.adr.history)
+    afresh = Source(lambda seed: DrawnMachines(found_ranges[seed - cfg.seed]), cfg.adr.history, "gradient")
     policies |= trained_on(training, {AFRESH: afresh}, cfg.seeds, cfg.adr.steps)
     rows = _table(cfg, policies)
     found = {
         "hand_picked": rival.effects,
         "reality": cfg.adr.reality,
         "ranges": [history[-1]["ranges"] for history in histories],
-        "steps": [cfg.training.envs * cfg.training.rollout * each["update"] for each in histories[0]],
+        "steps": [_update(cfg) * each["update"] for each in histories[0]],
         "performance": [[each["performance"] for each in history] for history in histories],
         "entropy": files.finite([[each["entropy"] for each in history] for history in histories]),
         "coverage": [[_coverage(cfg, each["ranges"]) for each in history] for history in histories],
         "hand_picked_coverage": _coverage(cfg, rival.effects),
         "table": rows,
     }
+    found |= report.adr(cfg, found)
     out = Path(cfg.out)
     files.write(out / "adr.json", json.dumps(found, indent=1))
-    table = Table("machines", *rows, title="targets reached, % [95 %]; mean error")
-    for name in SETS:
-        table.add_row(name, *(show(row[name]) for row in rows.values()))
-    Console(width=120).print(table)
+    report.show(found)
     return pictures.adr(out / "adr.png", found)
 
 
 def _table(cfg: ControlConfig, policies: Mapping[str, list[Policy]]) -> dict[str, dict[str, Any]]:
     count = cfg.adr.machines
     wanted = targets(cfg.task, count, cfg.seed)
-    rows: dict[str, dict[str, Any]] = {name: {} for name in policies}
+    rows: dict[str, dict[str, Any]] = {name: {} for name in (*policies, report.CEILING)}
     for title, effects in zip(SETS, (cfg.adr.reality, cfg.adr.outside), strict=True):
         machines = Given(sample_at(reality_of(cfg, effects), cfg.seed, range(count)))
-        for name, some in policies.items():
+        informed = Informed(nominal_of(cfg), machines.values, cfg.task)
+        every: dict[str, Sequence[Controller]] = {**policies, report.CEILING: [informed]}
+        for name, some in every.items():
             rows[name][title] = summary(cfg, tried(cfg, some, machines, wanted))
     return rows
 
@@ -105,15 +99,26 @@ def _coverage(cfg: ControlConfig, ranges: Mapping[str, Mapping[str, Any]]) -> fl
     return covered_of_box(box_of(cfg, ranges), reality_of(cfg, cfg.adr.reality))
 
 
+def _update(cfg: ControlConfig) -> int:
+    """Environment steps between two words to the machines."""
+    return cfg.gradient.envs * episode_samples(cfg.task)
+
+
 def adr_ranges(cfg: ControlConfig, seed: int) -> AdrRanges:
     """Machines that get harder while a policy reaches enough targets on those at a boundary."""
 
-    def reached(policy: Controller, values: Values, update: int) -> np.ndarray:
-        wanted = targets(cfg.task, cfg.adr.evaluations, update)
-        errors = track(policy, cfg.task, nominal_of(cfg), Given(values), wanted, update)
-        return (np.abs(errors) < cfg.task.tolerance).sum(axis=1)
+    nominal = nominal_of(cfg)
 
-    last = round(cfg.adr.until * cfg.adr.steps / (cfg.training.envs * cfg.training.rollout))
+    def reached(policy: Controller, values: Values, update: int) -> np.ndarray:
+        """Of a whole episode, by the share of what can be reached at all: no policy turns a motor that is too weak."""
+        wanted = targets(cfg.task, cfg.adr.evaluations, update)
+        own, best = (
+            np.abs(track(each, cfg.task, nominal, Given(values), wanted, update)) < cfg.task.tolerance
+            for each in (policy, Informed(nominal, values, cfg.task))
+        )
+        return cfg.task.targets * (own & best).sum(axis=1) / np.maximum(best.sum(axis=1), 1)
+
+    last = round(cfg.adr.until * cfg.adr.steps / _update(cfg))
     return AdrRanges(automatic(cfg, seed), reached, cfg.adr.evaluations, cfg.adr.every, last)
 
 

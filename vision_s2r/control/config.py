@@ -10,6 +10,23 @@ from vision_s2r.options import option, validate
 
 Effects = dict[str, dict[str, Any]]  # by effect and parameter: a number or [low, high]
 FRICTION: Effects = {"viscous_damping": {"value": [0.08, 0.20]}, "coulomb_friction": {"value": [0.01, 0.06]}}
+# Every effect of a joint at once; a machine has some of them.
+DRIVE: Effects = {
+    **FRICTION,
+    "inertia": {"value": [0.01, 0.08], "probability": 0.3},
+    "asymmetric_friction": {"viscous": [-0.05, 0.05], "coulomb": [-0.015, 0.015], "probability": 0.15},
+    "load_dependent_friction": {"coefficient": [0.0, 0.25], "probability": 0.15},
+    "stribeck_friction": {"static": [0.03, 0.10], "velocity": [0.05, 0.4]},
+    "cogging": {"amplitude": [0.0, 0.12], "teeth": [6, 24], "probability": 0.15},
+    "thermal_drift": {"rate": [0.0, 0.1], "probability": 0.15},
+    "back_emf": {"damping": [0.0, 0.3], "probability": 0.15},
+    "latency": {"delay": [0.0, 0.02], "probability": 0.3},
+    "backlash": {"width": [0.005, 0.05], "probability": 0.15},
+    "encoder_quantization": {"resolution": [0.001, 0.015], "probability": 0.15},
+    "compliance": {"stiffness": [3.0, 12.0], "damping": [0.005, 0.03], "probability": 0.15},
+    "torque_saturation": {"limit": [0.4, 1.5], "probability": 0.1},
+    "torque_speed_limit": {"stall": [0.5, 1.5], "no_load_speed": [8.0, 20.0], "probability": 0.1},
+}
 
 
 @dataclass
@@ -59,10 +76,26 @@ class ControlTrainingConfig:
 
 
 @dataclass
+class GradientTrainingConfig:
+    """Learning by the gradient through the simulator."""
+
+    envs: int = option(128, "Joints side by side.", low=1)
+    steps: int = option(5_000_000, "Environment steps of a training, all joints together.", low=1)
+    window: int = option(40, "Samples after which the policy is updated, and through which the gradient flows.", low=1)
+    learning_rate: float = option(2e-3, "Of Adam; it falls to a fiftieth.", above=0)
+    hidden: list[int] = option([64, 64], "Width of each hidden layer.", low=1)
+
+
+@dataclass
 class PolicyConfig:
     """A policy to train: what it sees, and the machines that it is trained on."""
 
     history: int = option(0, "How many samples back (velocity and current) it sees.", low=0)
+    method: str = option(
+        "ppo",
+        "How it learns: ppo (from rewards; key training), or gradient (through the simulator; key gradient).",
+        choices=("ppo", "gradient"),
+    )
     effects: Effects = option(
         {}, "By effect: probability (1 if left out) and each of its parameters, a number or [low, high]."
     )
@@ -78,6 +111,16 @@ class DriftConfig:
     minutes: float = option(60.0, "For which the joint runs.", above=0)
     damping: float = option(0.25, "In the end, N·m·s/rad; the randomized range ends at 0.20.", low=0)
     speed: float = option(5.0, "rad/s.", above=0)
+
+
+@dataclass
+class CeilingConfig:
+    """The search for what a controller that knows the machine can reach."""
+
+    knots: int = option(11, "Currents planned for a target, straight lines between them.", low=2)
+    samples: int = option(60, "Plans tried in an iteration of the cross-entropy method.", low=2)
+    elites: int = option(8, "Of which so many are kept.", low=1)
+    iterations: int = option(12, "Iterations.", low=1)
 
 
 @dataclass
@@ -129,21 +172,20 @@ class ControlAblationConfig:
 class ControlAdrConfig:
     """Automatic domain randomization, against hand-picked ranges."""
 
-    history: int = option(8, "How many samples back policies see.", low=0)
-    steps: int = option(6_000_000, "Environment steps of a training.", low=1)
-    evaluations: int = option(2048, "Joints on which the policy is tried each time: simulating is cheap here.", low=1)
-    every: int = option(2, "Of its updates between these trials.", low=1)
-    buffer: int = option(240, "Results at a boundary from which a decision is made.")
+    history: int = option(20, "How many samples back policies see.", low=0)
+    steps: int = option(2_000_000, "Environment steps of a training, by the gradient.", low=1)
+    evaluations: int = option(512, "Joints on which the policy is tried after each episode.", low=1)
+    every: int = option(1, "Of its episodes between these trials.", low=1)
+    buffer: int = option(30, "Results at a boundary from which a decision is made.")
     threshold_high: float = option(
-        20.0, "Targets reached (of task.targets) at a boundary from which on it moves outwards …"
+        20.0, "Targets reached (of task.targets, of those that can be) at a boundary from which on it moves outwards …"
     )
     threshold_low: float = option(10.0, "… and down from which inwards.")
-    step: float = option(0.02, "By how much it moves, as a share of the limits.")
+    step: float = option(0.08, "By how much it moves, as a share of the limits.")
     boundary_probability: float = option(0.5, "With which a joint is at a boundary.")
     until: float = option(
-        0.5, "The share of the steps after which ranges stay as they are, for the policy to become exact within them."
+        0.6, "The share of the steps after which ranges stay as they are, for the policy to become exact within them."
     )
-    decay: float = option(0.4, "The share of the steps, in the end, over which the learning rate falls.")
     tolerance: float = option(
         0.05,
         "For moving a boundary, a target counts as reached where the joint is off by no more than this share of it.",
@@ -197,14 +239,19 @@ class ControlConfig:
     )
     task: ControlTaskConfig = option(ControlTaskConfig, "Target speeds.")
     training: ControlTrainingConfig = option(ControlTrainingConfig, "PPO.")
+    gradient: GradientTrainingConfig = option(GradientTrainingConfig, "Learning by the gradient through the simulator.")
     policies: dict[str, PolicyConfig] = option(
         {
             "default": PolicyConfig(),
             "randomized": PolicyConfig(effects=FRICTION),
             "history": PolicyConfig(history=4, effects=FRICTION),
+            "memory": PolicyConfig(history=20, method="gradient", effects=DRIVE),
         },
         "Policies to train, by name.",
     )
+    only: list[str] = option([], "Names of the policies that `follow` trains and tries; empty: all.", unique=True)
+    ceiling: CeilingConfig = option(CeilingConfig, "What can be reached at all.")
+    edges: Effects = option(FRICTION, "Every corner of these ranges is a machine of reality.")
     payloads: list[float] = option([0.5, 2.0, 4.0], "How many times its inertia the joint has to move.")
     drift: DriftConfig = option(DriftConfig, "Damping that grows.")
     ablation: ControlAblationConfig = option(ControlAblationConfig, "One randomization frozen at a time.")

@@ -67,6 +67,12 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             self.rng = np.random.default_rng(seed)
         return self._begin((options or {}).get("targets")), {}
 
+    @property
+    def joints(self) -> Joints:
+        """The joints as they are now."""
+        assert self._joints is not None, "reset first"
+        return self._joints
+
     def _begin(self, targets: np.ndarray | None = None) -> np.ndarray:
         count, task = self.num_envs, self.task
         self.began_with = dict(self.rng.bit_generator.state)
@@ -99,20 +105,20 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             seen[:, 2] = self._seen[:, 1]
             seen[:, 3] = sent
         seen[:, 1] = velocity / self.task.highest
-        seen[:, 0] = self._target / self.task.highest
+        seen[:, 0] = self.target / self.task.highest
         self._seen = seen
         return seen
 
     @property
-    def _target(self) -> np.ndarray:
+    def target(self) -> np.ndarray:
+        """Target speeds [N] of the present sample, rad/s."""
         return self._targets[min(self.sample // self._held, len(self._targets) - 1)]
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Send currents [N, 1] for a sample. Where that ends the episode, the next one has begun."""
-        assert self._joints is not None, "reset first"
         sent = np.clip(actions[:, 0], -1.0, 1.0).astype(np.float64)
-        shown = self._joints.step(sent * self.task.max_current)[:, 1]
-        true, target = self._joints.true[:, 1], self._target
+        shown = self.joints.step(sent * self.task.max_current)[:, 1]
+        true, target = self.joints.true[:, 1], self.target
         error = np.abs(true / target - 1)
         reward = -sum(np.minimum(error / scale, 1.0) for scale in SCALES) / len(SCALES)
         row, inside = divmod(self.sample, self._held)

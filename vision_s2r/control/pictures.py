@@ -23,7 +23,7 @@ def follow(path: Path, cfg: ControlConfig, found: dict[str, Any]) -> Path:
     heights = (4.5, 0.28 * len(realities) + 1)
     top, bottom = figure.subfigures(2, 1, height_ratios=heights)  # type: ignore[misc]  # an array of two
     speed, drift = top.subplots(1, 2)
-    for k, name in enumerate(names):
+    for k, name in enumerate(found["steady"]):
         _seeds(speed, np.array(found["speeds"]), found["steady"][name], name, k)
         count = len(found["drift"][name][0])
         _seeds(drift, np.linspace(0, cfg.drift.minutes, count + 1)[1:], found["drift"][name], name, k)

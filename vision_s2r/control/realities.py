@@ -29,7 +29,7 @@ class Reality:
 def realities(cfg: ControlConfig) -> list[Reality]:
     """Reality as it is, each end of the randomized ranges, other payloads, and each unmodelled effect beside."""
     found = [Reality("reality", cfg.truth, EPISODES)]
-    found += [edges(cfg)] if "randomized" in cfg.policies else []
+    found += [edges(cfg.edges)] if cfg.edges else []
     for payload in cfg.payloads:
         heavier = {**cfg.truth, "inertia": {"value": payload * cfg.nominal.inertia}}
         found.append(Reality(f"inertia × {payload:g}", heavier, EPISODES))
@@ -39,9 +39,9 @@ def realities(cfg: ControlConfig) -> list[Reality]:
     return found
 
 
-def edges(cfg: ControlConfig) -> Reality:
-    """Every corner of the box that the randomized policy was trained in, EPISODES times."""
-    drawn = effect_ranges(cfg.policies["randomized"].effects, CONTROL_EFFECTS)
+def edges(effects: Effects) -> Reality:
+    """Every corner of the box of these ranges, EPISODES times."""
+    drawn = effect_ranges(effects, CONTROL_EFFECTS)
     ends = {(name, key): list(each) for name, given in drawn.items() for key, each in given.ranges.items()}
     corners = np.repeat(np.array(list(product(*ends.values())), float), EPISODES, axis=0)
     found: dict[str, dict[str, np.ndarray]] = {}

@@ -10,7 +10,7 @@ from vision_s2r.control.config import ControlConfig, PolicyConfig
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.machines import DrawnMachines, Machines
 from vision_s2r.control.policy import Policy
-from vision_s2r.control.training import train
+from vision_s2r.control.training import Training, train
 from vision_s2r.errors import UserError
 from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box, Posterior, effect_ranges, load_distribution
@@ -37,18 +37,19 @@ def nominal_values(cfg: ControlConfig) -> dict[str, dict[str, float]]:
 
 
 def trained(
-    cfg: ControlConfig, policies: Mapping[str, PolicyConfig], seeds: int, steps: int
+    cfg: ControlConfig, policies: Mapping[str, PolicyConfig], seeds: int, steps: int | None = None
 ) -> dict[str, list[Policy]]:
-    """Each policy, `seeds` times; what is there already is not trained again."""
+    """Each policy, `seeds` times, of as many steps as its method has by itself; what is there is not trained again."""
     return trained_on(cfg, {name: drawn(cfg, policy) for name, policy in policies.items()}, seeds, steps)
 
 
 @dataclass(frozen=True)
 class Source:
-    """What a policy is trained on: machines for each seed, and how many samples back it sees."""
+    """What a policy is trained on, machines for each seed; how many samples back it sees, and how it learns."""
 
     machines: Callable[[int], Machines]
     history: int
+    method: str = "ppo"
 
 
 def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
@@ -60,14 +61,23 @@ def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
         distribution = load_distribution(Path(policy.distribution), CONTROL_EFFECTS, nominal_values(cfg))
     else:
         distribution = box_of(cfg, policy.effects)
-    return Source(lambda _: DrawnMachines(distribution), policy.history)
+    return Source(lambda _: DrawnMachines(distribution), policy.history, policy.method)
 
 
-def trained_on(cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, steps: int) -> dict[str, list[Policy]]:
+def trained_on(
+    cfg: ControlConfig, sources: Mapping[str, Source], seeds: int, steps: int | None = None
+) -> dict[str, list[Policy]]:
     """A policy for each source, `seeds` times."""
     jobs = [(name, cfg.seed + k) for name in sources for k in range(seeds)]
     calls = (
-        (cfg, sources[name].machines(seed), sources[name].history, folder(cfg, name, seed), seed, steps)
+        (
+            cfg,
+            sources[name].machines(seed),
+            sources[name].history,
+            _training(cfg, sources[name].method, steps),
+            folder(cfg, name, seed),
+            seed,
+        )
         for name, seed in jobs
     )
     paths = parallel.run(_one, calls, cfg.jobs)
@@ -82,7 +92,11 @@ def folder(cfg: ControlConfig, name: str, seed: int) -> Path:
     return Path(cfg.out) / f"{name.replace(' ', '_')}-{seed}"
 
 
-def _one(cfg: ControlConfig, machines: Machines, history: int, out: Path, seed: int, steps: int) -> Path:
+def _training(cfg: ControlConfig, method: str, steps: int | None) -> Training:
+    training: Training = cfg.gradient if method == "gradient" else cfg.training
+    return training if steps is None else replace(training, steps=steps)
+
+
+def _one(cfg: ControlConfig, machines: Machines, history: int, training: Training, out: Path, seed: int) -> Path:
     log_to_terminal()
-    training = replace(cfg.training, steps=steps)
     return train(cfg.task, nominal_of(cfg), machines, history, training, out, seed)

@@ -1,0 +1,122 @@
+"""Training a policy by its gradient through the simulator, backwards in time.
+
+The compiled simulator is differentiated numerically, a sample at a time; a joint has one command and four states, so
+that this costs six more of it. Where PPO has to find out by trying what a current would have done, here every current
+is told (Wiedemann et al., "Training efficient controllers via analytic policy gradient", ICRA 2023).
+"""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from vision_s2r.control import policy as policies
+from vision_s2r.control.config import GradientTrainingConfig, held_samples
+from vision_s2r.control.environment import SpeedTracking
+from vision_s2r.control.progress import Progress
+
+FINE = 0.01  # relative error below which being better gains little
+LEAST_RATE = 0.02  # of the learning rate, at the end
+STEEPEST = 3.0  # what a joint's state may count at most in a loss: where a loop runs away, its gradient does too
+FORGET = 0.92  # of what a sample's state means for later ones: a horizon of a dozen samples
+GAIN, AGAIN = 2.0, 0.2  # of the controller that a training begins with: for what is missing, and of the last current
+
+
+def learn(environment: SpeedTracking, training: GradientTrainingConfig, out: Path, seed: int) -> policies.Network:
+    """The network after `training.steps`; goes on with what `out` holds."""
+    torch.manual_seed(seed)
+    network = begin(environment.history, training.hidden)
+    optimizer = torch.optim.Adam(network.parameters(), training.learning_rate)
+    task, machines = environment.task, environment.machines
+    steps = environment.num_envs * held_samples(task) * task.targets  # of an episode
+    progress = Progress(out)
+    if (state := progress.state) is not None:
+        network.load_state_dict(state["policy"])
+        optimizer.load_state_dict(state["optimizer"])
+        environment.rng.bit_generator.state = state["environment"]
+        machines.restore(state["machines"])
+    while progress.steps < training.steps:
+        machines.updated(policies.Policy(network))
+        done = progress.steps / training.steps
+        for group in optimizer.param_groups:
+            group["lr"] = training.learning_rate * max(LEAST_RATE, 0.5 * (1 + math.cos(math.pi * done)))
+        errors = _episode(environment, network, optimizer, training.window)
+        progress.episode(
+            progress.steps + steps,
+            errors,
+            task.tolerance,
+            {
+                "policy": network.state_dict(),
+                "optimizer": optimizer.state_dict(),
+                "environment": environment.rng.bit_generator.state,
+                "machines": machines.state(),
+            },
+        )
+    return network
+
+
+def begin(history: int, hidden: list[int]) -> policies.Network:
+    """A network that is a proportional controller: where nothing moves, there is no gradient to begin with."""
+    network = policies.Network(history, hidden, straight=True)
+    nn.init.zeros_(network.action.weight)
+    nn.init.zeros_(network.action.bias)
+    with torch.no_grad():
+        straight = network.action.weight[0, hidden[-1] :]
+        straight[:2] = torch.tensor([GAIN, -GAIN])
+        straight[3:4] = AGAIN
+    return network
+
+
+def _episode(
+    environment: SpeedTracking, network: policies.Network, optimizer: torch.optim.Optimizer, window: int
+) -> np.ndarray:
+    """Go through an episode, with an update after each `window` samples; the errors [N, T] of its targets."""
+    task, joints = environment.task, environment.num_envs
+    sight = torch.from_numpy(environment.reset()[0])
+    late = torch.from_numpy(environment.joints.delays)
+    acting = torch.stack([late, late + 1], dim=1)
+    state = torch.zeros(joints, 4)
+    past = torch.zeros(joints, int(late.max()) + 2)  # what was sent, the last one first
+    losses: list[Tensor] = []
+    info: dict[str, Any] = {}
+    while not info:
+        action = network(sight)
+        sent = action + (action.clamp(-1, 1) - action).detach()  # one that is cut still knows which way is back
+        past = torch.cat([sent, past[:, :-1]], dim=1)
+        after, jacobian = environment.joints.differentiated(
+            task.max_current * sent.detach().numpy()[:, 0].astype(float)
+        )
+        target = torch.from_numpy(environment.target)
+        state = _Sample.apply(state, task.max_current * past.gather(1, acting), after, jacobian)
+        losses.append(0.5 * torch.log1p(((state[:, 1] / target - 1) / FINE) ** 2).mean())
+        seen, *_, info = environment.step(sent.detach().numpy())
+        flowing = torch.cat([sight[:, :1], state[:, 1:2] / task.highest, sight[:, 1:2], sent, sight[:, 2:-2]], dim=1)
+        flowing = flowing[:, : sight.shape[1]]
+        sight = torch.from_numpy(seen) + flowing - flowing.detach()  # the values that are seen, the gradient of these
+        if len(losses) == window or info:
+            optimizer.zero_grad()
+            torch.stack(losses).mean().backward()
+            nn.utils.clip_grad_norm_(network.parameters(), 1.0)
+            optimizer.step()
+            losses, sight, state, past = [], sight.detach(), state.detach(), past.detach()
+    errors: np.ndarray = info["errors"]
+    return errors
+
+
+class _Sample(torch.autograd.Function):
+    """What a sample makes of joints' state [N, 4], by the commands [N, 2] that act in it."""
+
+    @staticmethod
+    def forward(ctx: Any, state: Tensor, commands: Tensor, after: np.ndarray, jacobian: np.ndarray) -> Tensor:
+        ctx.jacobian = torch.from_numpy(jacobian.astype(np.float32))
+        return torch.from_numpy(after.astype(np.float32))
+
+    @staticmethod
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor | None, ...]:
+        size = gradient.norm(dim=1, keepdim=True)
+        cut = gradient * (STEEPEST / len(gradient) / size.clamp_min(1e-12)).clamp_max(1.0)
+        back = torch.einsum("nij,nj->ni", ctx.jacobian, cut)
+        return FORGET * back[:, :4], back[:, 4:], None, None
