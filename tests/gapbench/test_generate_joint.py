@@ -9,6 +9,7 @@ import yaml
 
 import vision_s2r.gapbench as gapbench
 from vision_s2r.gapbench.generate import excitation, joint, truth
+from vision_s2r.gapbench.generate.base import SealedMachine
 from vision_s2r.gapbench.generate.drive import DriveModel, run, step_of
 from vision_s2r.gapbench.generate.library import LIBRARY
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
@@ -50,7 +51,7 @@ def commands() -> np.ndarray:
 NEUTRAL = ("parallel", "bullet", "errors", "files", "options", "progress")  # rooms that know nothing of joints
 
 
-def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> joint.Machine:
+def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> SealedMachine:
     return joint.machine(case, index, split, np.random.default_rng([seed, joint.CASES.index(case), index]))
 
 
