@@ -15,6 +15,7 @@ from vision_s2r.camera.colour import to_coded
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
+from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.grain import grain_of
 from vision_s2r.fit.camera.surfaces import library_of, surfaces_of
 from vision_s2r.gapbench.generate.appearance_scenes import (
@@ -121,6 +122,18 @@ def test_the_renderer_s_light_is_read_off_its_pictures() -> None:
     lamp = lamp_of(pictures.permute(0, 3, 1, 2) / 255, ids, facing, "srgb")
     assert lamp.coded and lamp.ambient == pytest.approx(0.35, abs=0.03)
     assert float(np.dot(lamp.direction, camera.rotation @ TOWARDS)) > 0.999
+
+
+def test_how_well_the_renderer_s_light_is_known_is_in_the_intervals_of_another() -> None:
+    towards = np.array([-0.2, 0.6, 0.77]) / np.linalg.norm([-0.2, 0.6, 0.77])
+    recording = scenes(plain(), replace(plain(), towards=towards))
+    case = CameraCase.open(recording, {name: APPEARANCE_EFFECTS[name] for name in ("light_direction", "ambient")})
+    with case.session():
+        found = case.fit(frozenset({"light_direction"}), range(FRAMES), None)
+        low, high = case.intervals(found)["light_direction"]["elevation"]
+    away = (pinhole(SIZE, FOCAL, np.random.default_rng(0)).rotation @ towards)[2]
+    assert low < -np.arcsin(away) < high
+    assert 0.03 < high - low < 0.2
 
 
 def test_labels_decide_what_is_asked() -> None:

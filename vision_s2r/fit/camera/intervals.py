@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import stats
 
-from vision_s2r.appearance import PICTURE_EFFECTS
+from vision_s2r.appearance import PICTURE_EFFECTS, label_of
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
-from vision_s2r.fit.camera.effect import charted, of_stage
+from vision_s2r.fit.camera.effect import at_stage, charted, of_stage
 from vision_s2r.fit.camera.elimination import neutral_point
 from vision_s2r.fit.camera.fitting import Target, columns, normal
 from vision_s2r.fit.camera.prediction import Stages
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 _GROUPS = 4  # of frames, compared with each other
 _TOLERANCE = 0.006  # of a parameter's distance from neutral: what the definitions of two simulators differ by
 _LEAST, _KERNEL = 0.05, 0.12  # of a coordinate's step: the same, of an effect that is almost neutral; of a warp
+_LAMP = 0.5  # of a step: how well the renderer's own light is known, in whose place another is put
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
         matrix, scores = np.array(matrices), np.array(vectors)
         deviation = _sandwich(matrix, scores)
         groups = _group_steps(matrix, scores)
+        lights = [name for name in at_stage(names, "scene") if label_of(name) is None]
         at = 0
         for name in names:
             size = len(chart(name).steps(target.pictures.optics))
@@ -56,7 +58,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             at += size
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name], target.pictures.optics)) / steps[own]
-            least = _KERNEL if name in of_stage("warp") else _LEAST
+            least = _KERNEL if name in of_stage("warp") else _LAMP if name in lights else _LEAST
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
