@@ -93,7 +93,7 @@ def _fitted(w: Tensor, known: Tensor, noise: Tensor, kind: _Kind) -> tuple[Tenso
 
 def _at(terms: Tensor, dx: int, dy: int) -> Tensor:
     """Value and slopes along x and y [N, H, W, 3] of patches at (dx, dy) from their middle."""
-    level = sum((terms[..., k] * (dx**p * dy**q) for k, (p, q) in enumerate(_POWERS)), terms[..., 0] * 0)
+    level = (terms * terms.new_tensor([dx**p * dy**q for p, q in _POWERS])).sum(-1)
     along_x = terms[..., 1] + 2 * dx * terms[..., 3] + dy * terms[..., 4]
     along_y = terms[..., 2] + dx * terms[..., 4] + 2 * dy * terms[..., 5]
     return torch.stack([level, along_x, along_y], -1)

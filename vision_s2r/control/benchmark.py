@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from vision_s2r.control.config import ControlTaskConfig, JointConfig, held_samples
+from vision_s2r.control.config import ControlTaskConfig, JointConfig, episode_samples, held_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
 from vision_s2r.control.environment import SCALES, SpeedTracking
 from vision_s2r.control.machines import DrawnMachines
@@ -69,7 +69,7 @@ class OneJointEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         error = abs(self.velocity / self.target - 1)
         reward = -sum(min(error / scale, 1.0) for scale in SCALES) / len(SCALES)
         self.sample += 1
-        over = self.sample == held_samples(self.task) * self.task.targets
+        over = self.sample == episode_samples(self.task)
         return self._seen(), reward, False, over, {}
 
 

@@ -14,7 +14,7 @@ import torch
 from torch import Tensor, nn
 
 from vision_s2r.control import policy as policies
-from vision_s2r.control.config import GradientTrainingConfig, held_samples
+from vision_s2r.control.config import GradientTrainingConfig, episode_samples
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.progress import Progress
 
@@ -31,7 +31,7 @@ def learn(environment: SpeedTracking, training: GradientTrainingConfig, out: Pat
     network = begin(environment.history, training.hidden)
     optimizer = torch.optim.Adam(network.parameters(), training.learning_rate)
     task, machines = environment.task, environment.machines
-    steps = environment.num_envs * held_samples(task) * task.targets  # of an episode
+    steps = environment.num_envs * episode_samples(task)  # of an episode
     progress = Progress(out)
     if (state := progress.state) is not None:
         network.load_state_dict(state["policy"])

@@ -30,9 +30,7 @@ class Motion:
     position: np.ndarray  # [N, J]
     velocity: np.ndarray
     acceleration: np.ndarray
-    load: (
-        np.ndarray
-    )  # [N·S, J] N·m (N): the simulated arm's on its joints in S parts of each row, less that at its rows
+    load: np.ndarray  # [N·S, J] N·m (N): the simulated arm's on its joints in S parts of each row, less that at rows
 
 
 @dataclass(frozen=True)
@@ -121,9 +119,8 @@ def with_loads(recording: ArmRecording, moved: list[Motion], of_rows: list[np.nd
             own[k, : len(torque)], own[k, len(torque) :] = inertia, inertia[-1]
         least = float(own.min())
         nominal = joint.nominal | {"inertia": joint.nominal["inertia"] + least}
-        joints[name] = replace(
-            joint, nominal=nominal, external=external, load_inertia=own - least, least_inertia=least
-        )  # fmt: skip
+        own -= least
+        joints[name] = replace(joint, nominal=nominal, external=external, load_inertia=own, least_inertia=least)
     return Problems(joints)
 
 
