@@ -1,11 +1,13 @@
 """Files are written whole or not at all."""
 
+import logging
 from pathlib import Path
+from threading import Event, Thread
 
 import pytest
 
 from vision_s2r.errors import UserError
-from vision_s2r.files import whole, write
+from vision_s2r.files import held, whole, write
 
 
 def test_a_file_and_the_folders_above_it_are_written(tmp_path: Path) -> None:
@@ -29,3 +31,21 @@ def test_a_file_for_a_folder_is_one_clear_line(tmp_path: Path) -> None:
     write(tmp_path / "a", "")
     with pytest.raises(UserError, match="a/b: cannot be written"):
         write(tmp_path / "a" / "b", "")
+
+
+def test_a_held_folder_is_waited_for(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    order, waits = [], Event()
+    caplog.handler.addFilter(lambda record: waits.set() or True)  # heard of as soon as it is said
+    caplog.set_level(logging.INFO)
+
+    def second() -> None:
+        with held(tmp_path / "run"):
+            order.append("second")
+
+    thread = Thread(target=second)
+    with held(tmp_path / "run"):
+        thread.start()
+        assert waits.wait(60) and "another process works here" in caplog.text
+        order.append("first")
+    thread.join(60)
+    assert order == ["first", "second"]

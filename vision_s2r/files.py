@@ -2,8 +2,10 @@
 
 import contextlib
 import csv
+import fcntl
 import io
 import json
+import logging
 import math
 import secrets
 import shutil
@@ -15,6 +17,8 @@ from vision_s2r.errors import UserError
 
 if TYPE_CHECKING:  # slow to import, and most who write files draw nothing
     from matplotlib.figure import Figure
+
+log = logging.getLogger(__name__)
 
 
 def write(path: Path, content: str | bytes) -> Path:
@@ -82,13 +86,14 @@ def whole(path: Path) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def whole_folder(out: Path) -> Iterator[Path]:
+def whole_folder(out: Path, *, replace: bool = False) -> Iterator[Path]:
     """A folder beside `out` to write into; it becomes `out` unless something is raised.
 
-    Raises UserError where there is something in `out`, or it cannot be written.
+    What was in `out` is gone with `replace`. Raises UserError where there is something in it without, or it cannot be
+    written.
     """
     try:
-        if out.exists() and any(out.iterdir()):
+        if out.exists() and not replace and any(out.iterdir()):
             raise UserError(f"{out}: is not empty, expected a new folder")
         making = out.with_name(f"{out.name}.{secrets.token_hex(4)}.tmp")
         making.mkdir(parents=True)
@@ -97,9 +102,29 @@ def whole_folder(out: Path) -> Iterator[Path]:
     try:
         yield making
         if out.exists():
-            out.rmdir()
+            shutil.rmtree(out)
         making.rename(out)
     except OSError as error:
         raise UserError(f"{out}: cannot be written ({error.strerror or error})") from error
     finally:
         shutil.rmtree(making, ignore_errors=True)
+
+
+@contextlib.contextmanager
+def held(folder: Path) -> Iterator[None]:
+    """Holds a folder, made where it is missing: whoever else would hold it waits until this one is done.
+
+    Raises UserError where nothing can be written there.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / ".lock").open("w")
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written ({error.strerror})") from error
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            log.info("%s: another process works here and is waited for", folder)
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        yield

@@ -19,6 +19,7 @@ from vision_s2r.render import Recorded, Views, render
 from vision_s2r.scene import SceneConfig
 from vision_s2r.training import Inputs
 from vision_s2r.training.data import RECORDED, generator
+from vision_s2r.training.loop import BEST
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
 
 Training = Callable[[Config, int], Path]
@@ -69,12 +70,17 @@ def _inputs(cfg: Config, views: str) -> Inputs:
 
 
 def train(cfg: Config) -> Checkpoints:
-    """Train every network of every seed, `cfg.jobs` at a time; returns the best checkpoints."""
-    first: dict[str, Training] = {"translator": paired_translator, "policy": canonical_policy}
-    students: dict[str, Training] = {"student": student}
+    """Train every network of every seed, `cfg.jobs` processes at a time; returns the best checkpoints.
+
+    A student's process first trains what it needs; what another is training already it waits for.
+    """
+    trainings: dict[str, Training] = {"policy": canonical_policy, "student": student}
     if cfg.with_baseline:
-        first["baseline"], students["baseline_student"] = baseline, baseline_student
-    return _train_all(cfg, first) | _train_all(cfg, students)
+        trainings["baseline_student"] = baseline_student
+    found = _train_all(cfg, trainings)
+    for name in ("translator", "baseline")[: 1 + cfg.with_baseline]:
+        found[name] = [str(_folder(cfg, name, seed) / BEST) for seed in _seeds(cfg)]
+    return found
 
 
 def canonical_policies(cfg: Config) -> list[str]:
@@ -83,10 +89,18 @@ def canonical_policies(cfg: Config) -> list[str]:
 
 
 def _train_all(cfg: Config, trainings: dict[str, Training]) -> Checkpoints:
-    seeds = range(cfg.seed, cfg.seed + cfg.seeds)
-    calls = ((training, cfg, seed) for training in trainings.values() for seed in seeds)
+    calls = ((training, cfg, seed) for training in trainings.values() for seed in _seeds(cfg))
     paths = [str(path) for path in parallel.run(_logged, calls, cfg.jobs, cfg.backend)]
     return {name: paths[k * cfg.seeds : (k + 1) * cfg.seeds] for k, name in enumerate(trainings)}
+
+
+def _seeds(cfg: Config) -> range:
+    return range(cfg.seed, cfg.seed + cfg.seeds)
+
+
+def _folder(cfg: Config, name: str, seed: int) -> Path:
+    """Where the network of this name is trained."""
+    return Path(cfg.out) / f"{name}-{seed}"
 
 
 def _logged(training: Training, cfg: Config, seed: int) -> Path:
@@ -97,7 +111,7 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
 
 def paired_translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomized pictures through the training camera to canonical ones."""
-    out = Path(cfg.out) / f"translator-{seed}"
+    out = _folder(cfg, "translator", seed)
     return train_translator(cfg.translate, pairs(cfg), out, seed, judge(cfg.translate))
 
 
@@ -108,32 +122,31 @@ def judge(cfg: TranslateConfig) -> FrozenQ | None:
 
 def canonical_policy(cfg: Config, seed: int) -> Path:
     """The policy that only ever sees canonical views."""
-    return train_policy(cfg.grasp, labelled(cfg), Path(cfg.out) / f"policy-{seed}", seed)
+    return train_policy(cfg.grasp, labelled(cfg), _folder(cfg, "policy", seed), seed)
 
 
 def student(cfg: Config, seed: int) -> Path:
     """The canonical policy's student, on the pictures of this seed's translator."""
-    out, policy = Path(cfg.out) / f"student-{seed}", canonical_policy(cfg, seed)
-    translator = Translator.load(paired_translator(cfg, seed))
-    return train_student(cfg.student, pairs(cfg), policy, policy, out, seed, translator)
+    translator, policy = Translator.load(paired_translator(cfg, seed)), canonical_policy(cfg, seed)
+    return train_student(cfg.student, pairs(cfg), policy, policy, _folder(cfg, "student", seed), seed, translator)
 
 
 def baseline(cfg: Config, seed: int) -> Path:
     """Domain randomization: a policy of the same size and cost on randomized pictures directly."""
-    return train_policy(cfg.baseline, labelled(cfg), Path(cfg.out) / f"baseline-{seed}", seed)
+    return train_policy(cfg.baseline, labelled(cfg), _folder(cfg, "baseline", seed), seed)
 
 
 def baseline_student(cfg: Config, seed: int) -> Path:
     """The student of domain randomization, taught by the same canonical policy."""
-    out = Path(cfg.out) / f"baseline_student-{seed}"
     start, teacher = baseline(cfg, seed), canonical_policy(cfg, seed)
+    out = _folder(cfg, "baseline_student", seed)
     return train_student(cfg.baseline_student, pairs(cfg), start, teacher, out, seed)
 
 
 def adapt(cfg: Config, seed: int) -> Adapted:
     """Adaptation without pairs, which begins with a canonical policy: `adapt.policy`, or else this seed's own."""
     settings = cfg.adapt if cfg.adapt.policy else replace(cfg.adapt, policy=str(canonical_policy(cfg, seed)))
-    out = Path(cfg.out) / f"adapt-{seed}"
+    out = _folder(cfg, "adapt", seed)
     return train_adapted(settings, labelled(cfg), recorded(cfg), cfg.translate, out, seed)
 
 

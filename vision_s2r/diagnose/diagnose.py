@@ -2,8 +2,6 @@
 
 import json
 import logging
-import os
-import shutil
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,7 +17,7 @@ from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.simulator import Settled, settle
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.files import write
+from vision_s2r.files import whole_folder, write
 from vision_s2r.fit.case import NOMINAL, Case, Experiment
 from vision_s2r.lazy import load
 from vision_s2r.patch.patch import write_patch
@@ -63,9 +61,7 @@ class SavedDiagnosis(GapReport):
         What was in the folder is gone. Raises UserError where it cannot be written.
         """
         folder, report = Path(folder), self.to_dict()
-        making = folder.with_name(f"{folder.name}.part-{os.getpid()}")
-        shutil.rmtree(making, ignore_errors=True)
-        try:
+        with whole_folder(folder, replace=True) as making:
             write(making / "report.json", json.dumps(report, indent=1, allow_nan=False))
             drawn = self.plot()
             write_html(report, drawn, making / "report.html")
@@ -75,10 +71,6 @@ class SavedDiagnosis(GapReport):
                 write(making / NEXT, table.text(list(commands), np.column_stack(list(commands.values()))))
             if self.patched:  # else the simulator stays as it came
                 write_patch(report, self.recording, making / "patch")
-            shutil.rmtree(folder, ignore_errors=True)
-            making.rename(folder)
-        finally:
-            shutil.rmtree(making, ignore_errors=True)
         return folder / "report.html"
 
     def _repr_html_(self) -> str:

@@ -4,8 +4,6 @@ No part is driven by what another part's simulator makes, so that errors of one 
 """
 
 import json
-import os
-import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +14,7 @@ import numpy as np
 
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, diagnose
-from vision_s2r.files import write
+from vision_s2r.files import whole_folder, write
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.recording.robot import RobotRecording
 from vision_s2r.report.reading import FORMAT
@@ -43,17 +41,11 @@ class RobotDiagnosis:
         be written.
         """
         folder = Path(folder)
-        making = folder.with_name(f"{folder.name}.part-{os.getpid()}")
-        shutil.rmtree(making, ignore_errors=True)
-        try:
+        with whole_folder(folder, replace=True) as making:
             for name, part in self.parts.items():
                 part.save(making / name)
             write(making / "report.json", json.dumps(self.report, indent=1, allow_nan=False))
             write(making / "report.html", html(self.report))
-            shutil.rmtree(folder, ignore_errors=True)
-            making.rename(folder)
-        finally:
-            shutil.rmtree(making, ignore_errors=True)
         return folder / "report.html"
 
 

@@ -11,7 +11,7 @@ import time
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from dataclasses import asdict
 from functools import partial
 from itertools import count
@@ -23,6 +23,7 @@ from lightning_fabric import Fabric
 from torch import Tensor
 
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.files import held
 from vision_s2r.training import checkpoint
 from vision_s2r.training.config import TrainingConfig, check
 from vision_s2r.training.data import STEP, VALIDATION, Draw, ViewSource, generator
@@ -55,9 +56,9 @@ def train(
 ) -> TrainingResult:
     """Trains what `build` makes, or goes on with the run found in `out`; a finished one is returned as it is.
 
-    With `part` below 1 it pauses when that part of the run is done, the state saved; nothing may be released by then.
-    With `strategy=ddp_spawn` everything passed here is pickled into the processes. On Ctrl-C the step
-    under way is finished, the state saved and KeyboardInterrupt raised.
+    A run that another process is at is waited for. With `part` below 1 it pauses when that part of it is done, the
+    state saved; nothing may be released by then. With `strategy=ddp_spawn` everything passed here is pickled into the
+    processes. On Ctrl-C the step under way is finished, the state saved and KeyboardInterrupt raised.
 
     Raises UserError where a configuration value is out of range or another than that of the run in `out`, the
     metric is unknown, a loss is no longer finite, or a file cannot be written.
@@ -90,12 +91,14 @@ def _run(
         torch.manual_seed(seed)
         method = build()
     run = _Run(fabric, method, views, validation, cfg, out, seed)
-    if (out / LAST).exists():
-        run.resume()
-    if run.done:
-        log.info("%s: finished at step %d, not repeated", out, run.step)
-    else:
-        run.loop(part)
+    with held(out) if fabric.is_global_zero else nullcontext():
+        fabric.barrier()
+        if (out / LAST).exists():
+            run.resume()
+        if run.done:
+            log.info("%s: finished at step %d, not repeated", out, run.step)
+        else:
+            run.loop(part)
     result = fabric.broadcast(TrainingResult(out / BEST, run.best, run.step, run.seconds / 60))
     if cfg.strategy == "ddp_spawn" and torch.distributed.is_initialized():
         torch.distributed.destroy_process_group()  # else its threads are ended by force, and may abort the process
