@@ -118,3 +118,8 @@ def test_the_keys_of_what_the_user_names_are_checked():
         compose(CONFIGURATIONS["gapbench"], "gapbench", ["counts.single=-1"])
     with pytest.raises(UserError, match=r"policies\.mine\.history = -1: expected at least 0"):
         compose(CONFIGURATIONS["control"], "control", ["+policies.mine.history=-1"])
+
+
+def test_what_the_command_line_takes_out_of_a_mapping_is_gone():
+    found = compose(CONFIGURATIONS["control"], "control", ["~policies.history", "~truth.coulomb_friction"])
+    assert set(found.policies) == {"default", "randomized", "memory"} and set(found.truth) == {"viscous_damping"}

@@ -6,11 +6,12 @@ Exit codes: 0 done, 2 a mistake of the user's, 130 interrupted.
 import logging
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
 import hydra
 from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException, MissingConfigException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -35,7 +36,7 @@ def run(task: Callable[[Schema], Any], schema: type[Schema], name: str, argument
     @hydra.main(version_base="1.3", config_path=str(CONFIGS), config_name=name)
     def one(cfg: DictConfig) -> None:
         log_to_terminal()
-        or_exit(lambda: task(typed(cfg, schema)))
+        or_exit(lambda: task(typed(cfg, schema, HydraConfig.get().overrides.task)))
 
     sys.argv[1:] = arguments
     one()
@@ -59,19 +60,34 @@ def compose(schema: type[Schema], name: str = "config", overrides: list[str] | N
             raise UserError(_missing(error)) from error
         except (HydraException, OmegaConfBaseException) as error:
             raise UserError(_explain(str(error), hydra.compose(name))) from error
-    return typed(cfg, schema)
+    return typed(cfg, schema, overrides or [])
 
 
-def typed(cfg: DictConfig, schema: type[Schema]) -> Schema:
-    """Check a composed configuration against the schema. Raises UserError for unknown keys, wrong types and values."""
+def typed(cfg: DictConfig, schema: type[Schema], overrides: Sequence[str] = ()) -> Schema:
+    """Check a composed configuration against the schema. Raises UserError for unknown keys, wrong types and values.
+
+    `overrides`: those that it was composed with, for what they take out of the schema's own mappings (~policies.NAME).
+    """
     try:
         merged = OmegaConf.merge(OmegaConf.structured(schema), cfg)
         found = OmegaConf.to_object(merged)
     except OmegaConfBaseException as error:
         key = getattr(error, "full_key", None)
         raise UserError(f"configuration key '{key}': {_first_line(error)}") from error
+    for override in overrides:
+        if override.startswith("~"):
+            _remove(found, override[1:].partition("=")[0])
     validate(found)
     return found  # type: ignore[return-value]
+
+
+def _remove(cfg: Any, key: str) -> None:
+    """Take an element out of a mapping; keys of the schema's own stay."""
+    *where, name = key.split(".")
+    for part in where:
+        cfg = cfg.get(part) if isinstance(cfg, dict) else getattr(cfg, part, None)
+    if isinstance(cfg, dict):
+        cfg.pop(name, None)
 
 
 def or_exit(task: Callable[[], Any]) -> None:
