@@ -3,7 +3,7 @@
 import json
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -16,7 +16,7 @@ from vision_s2r.close_gap import training
 from vision_s2r.close_gap.beliefs import Belief, blind, diagnosed, known, posterior
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
-from vision_s2r.close_gap.summary import summary
+from vision_s2r.close_gap.summary import Closed, summary
 from vision_s2r.close_gap.task import Task, Way, losses
 from vision_s2r.close_gap.withheld import Withheld, withhold
 from vision_s2r.diagnose.config import DiagnoseConfig
@@ -32,18 +32,6 @@ from vision_s2r.scene.machine import Machine
 
 log = logging.getLogger(__name__)
 SUMMARY, PICTURE, COSTS = "close_gap.json", "close_gap.png", "costs.json"
-
-
-@dataclass(frozen=True)
-class Closed:
-    """One robot: what was diagnosed, what it cost the task, and how each row grasps on it."""
-
-    robot: Withheld
-    report: dict[str, Any]
-    truth: Machine | None
-    losses: dict[str, Any]
-    outcomes: Mapping[str, np.ndarray]  # bool [N] by row
-    costs: Mapping[str, Mapping[str, float]]  # by row: grasps, pictures and minutes
 
 
 def close_gap(cfg: CloseGapStudyConfig) -> Path:

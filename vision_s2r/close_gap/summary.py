@@ -1,19 +1,30 @@
 """What closing the loop won, over all robots together."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from vision_s2r.close_gap.withheld import Withheld
+from vision_s2r.scene.machine import Machine
 from vision_s2r.statistics import interval, wilson
 
-if TYPE_CHECKING:
-    from vision_s2r.close_gap.loop import Closed
+
+@dataclass(frozen=True)
+class Closed:
+    """One robot: what was diagnosed, what it cost the task, and how each row grasps on it."""
+
+    robot: Withheld
+    report: dict[str, Any]
+    truth: Machine | None
+    losses: dict[str, Any]
+    outcomes: Mapping[str, np.ndarray]  # bool [N] by row
+    costs: Mapping[str, Mapping[str, float]]  # by row: grasps, pictures and minutes
 
 
-def summary(closed: Sequence["Closed"], seed: int) -> dict[str, Any]:
+def summary(closed: Sequence[Closed], seed: int) -> dict[str, Any]:
     """JSON-able: each robot, each row over all of them, and with known truths what the diagnosis recovers.
 
     Intervals are over grasps, a robot's and a scene's as one.
@@ -32,7 +43,7 @@ def summary(closed: Sequence["Closed"], seed: int) -> dict[str, Any]:
     return content
 
 
-def _robot(one: "Closed") -> dict[str, Any]:
+def _robot(one: Closed) -> dict[str, Any]:
     return {
         "robot": one.robot.name,
         "verdict": one.report["verdict"],
@@ -71,7 +82,7 @@ def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
     return {"value": float(part(np.ones((1, len(won))))[0]), "low": low, "high": high}
 
 
-def _named_first(closed: Sequence["Closed"]) -> dict[str, float]:
+def _named_first(closed: Sequence[Closed]) -> dict[str, float]:
     """On how many robots the source that is said to be mended first is the one whose removal wins most."""
     right = sum(_first(one.report["task"]["losses"]) == _first(one.losses) for one in closed if "task" in one.report)
     return asdict(wilson(right, len(closed)))

@@ -9,6 +9,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
 
 Effects = dict[str, dict[str, Any]]  # by effect and parameter: a number or [low, high]
+LEAST_RATE = 0.02  # of the learning rate, at the end of any training: the last bit of accuracy wants small steps
 FRICTION: Effects = {"viscous_damping": {"value": [0.08, 0.20]}, "coulomb_friction": {"value": [0.01, 0.06]}}
 # Every effect of a joint at once; a machine has some of them.
 DRIVE: Effects = {

@@ -14,12 +14,11 @@ import torch
 from torch import Tensor, nn
 
 from vision_s2r.control import policy as policies
-from vision_s2r.control.config import GradientTrainingConfig, episode_samples
+from vision_s2r.control.config import LEAST_RATE, GradientTrainingConfig, episode_samples
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.progress import Progress
 
 FINE = 0.01  # relative error below which being better gains little
-LEAST_RATE = 0.02  # of the learning rate, at the end
 STEEPEST = 3.0  # what a joint's state may count at most in a loss: where a loop runs away, its gradient does too
 FORGET = 0.92  # of what a sample's state means for later ones: a horizon of a dozen samples
 GAIN, AGAIN = 2.0, 0.2  # of the controller that a training begins with: for what is missing, and of the last current

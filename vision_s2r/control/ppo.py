@@ -9,11 +9,9 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from vision_s2r.control import policy as policies
 from vision_s2r.control.adapter import Adapter
-from vision_s2r.control.config import ControlTrainingConfig
+from vision_s2r.control.config import LEAST_RATE, ControlTrainingConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.progress import Progress
-
-LEAST_RATE = 0.02  # of the learning rate, at the end: the last bit of accuracy wants small steps
 
 
 def learn(environment: SpeedTracking, training: ControlTrainingConfig, out: Path, seed: int) -> policies.Network:

@@ -25,16 +25,13 @@ def bias_of(recording: ContactRecording, rests: np.ndarray, noise: tuple[float, 
     """
     lean: list[float] = []
     height: list[float] = []
-    for e in np.flatnonzero(rests.any(axis=1)) if len(recording.shape.points) else ():
-        samples = np.flatnonzero(rests[e])
-        angle = _lean(ConvexHull(recording.shape.points).equations, recording.attitude[e, samples])[0]
-        flat = angle < LEANS
+    faces = _faces(recording.shape)
+    for e in np.flatnonzero(rests.any(axis=1)) if len(faces) else ():
+        angles, heights = _lying(faces, recording.position[e, rests[e]], recording.attitude[e, rests[e]])
+        flat = angles < LEANS
         if flat.any():
-            lean.append(float(np.median(angle[flat])))
-            rows = e, samples[flat]
-            height.append(
-                float(np.median(resting(recording.shape, recording.position[rows], recording.attitude[rows])))
-            )
+            lean.append(float(np.median(angles[flat])))
+            height.append(float(np.median(heights[flat])))
     if len(lean) < LEAST:
         return 0.0, 0.0
     turn = float(np.median(lean)) / MEDIAN
@@ -47,20 +44,25 @@ def resting(shape: Shape, position: np.ndarray, attitude: np.ndarray) -> np.ndar
 
     Noise of the attitude lowers the lowest corner, whichever way it turns the body, and no face.
     """
-    lowest = shape.lowest(position, attitude)
-    if not len(shape.points):
+    lowest, faces = shape.lowest(position, attitude), _faces(shape)
+    if not len(faces):
         return lowest
-    equations = ConvexHull(shape.points).equations
-    angle, face = _lean(equations, attitude)
-    return np.where(angle < LEANS, position[:, 2] + equations[face, 3], lowest)
+    angle, height = _lying(faces, position, attitude)
+    return np.where(angle < LEANS, height, lowest)
 
 
 def _beyond(size: float, noise: float) -> float:
     return float(np.sqrt(size**2 - noise**2)) if size > CLEAR * noise else 0.0
 
 
-def _lean(equations: np.ndarray, attitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Angle [N] (rad) between the vertical and the face [N] of a hull that is nearest to the support."""
+def _faces(shape: Shape) -> np.ndarray:
+    """Outward normals and offsets [F, 4] of a polyhedron's faces; none of a round body."""
+    return ConvexHull(shape.points).equations if len(shape.points) else np.empty((0, 4))
+
+
+def _lying(faces: np.ndarray, position: np.ndarray, attitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Angle [N] (rad) between the vertical and the face nearest to the support; the height [N] (m) of that face."""
     down = Rotation.from_quat(attitude).inv().apply([0.0, 0.0, -1.0])
-    cosines = down @ equations[:, :3].T
-    return np.arccos(np.clip(cosines.max(axis=1), -1, 1)), cosines.argmax(axis=1)
+    cosines = down @ faces[:, :3].T
+    angle = np.arccos(np.clip(cosines.max(axis=1), -1, 1))
+    return angle, position[:, 2] + faces[cosines.argmax(axis=1), 3]
