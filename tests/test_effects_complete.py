@@ -5,9 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from tests.recordings import a_joint
+from tests.recordings import a_contact, a_joint
 from vision_s2r.appearance import APPEARANCE_EFFECTS, PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.contact import CONTACT_EFFECTS
 from vision_s2r.fit.camera.coordinates import starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
 from vision_s2r.fit.camera.prediction import BEHIND
@@ -15,6 +16,7 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import JOINT_EFFECTS, pack
+from vision_s2r.patch import contact
 from vision_s2r.patch.effect import CAMERA_PATCHES, JOINT_PATCHES
 from vision_s2r.patch.rigid import advice
 from vision_s2r.report.reading import ReportedParameter
@@ -33,6 +35,17 @@ def test_joint_effects_can_be_written_for_other_simulators() -> None:
         for effect in JOINT_EFFECTS
     }
     assert advice(named, a_joint()).keys() == named.keys()  # raises where words ask for what is not there
+
+
+def test_contact_effects_are_written_for_other_simulators() -> None:
+    recording = a_contact()
+    named = {
+        effect.name: {key: ReportedParameter(x, x, x) for key, x in effect.moderate().items()}
+        for effect in CONTACT_EFFECTS
+    }
+    for write in (contact.bullet, contact.urdf, contact.mujoco):
+        nothing = write({}, recording)
+        assert not [name for name in named if write({name: named[name]}, recording) == nothing], write.__name__
 
 
 def test_camera_effects_can_be_fitted() -> None:
