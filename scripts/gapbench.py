@@ -1,4 +1,4 @@
-"""The sealed benchmark of diagnosis."""
+"""The benchmark of diagnosis."""
 
 from vision_s2r.commands.main import main
 

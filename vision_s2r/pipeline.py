@@ -112,10 +112,10 @@ def _logged(training: Training, cfg: Config, seed: int) -> Path:
 def paired_translator(cfg: Config, seed: int) -> Path:
     """RCAN: randomized pictures through the training camera to canonical ones."""
     out = _folder(cfg, "translator", seed)
-    return train_translator(cfg.translate, pairs(cfg), out, seed, judge(cfg.translate))
+    return train_translator(cfg.translate, pairs(cfg), out, seed, frozen_q(cfg.translate))
 
 
-def judge(cfg: TranslateConfig) -> FrozenQ | None:
+def frozen_q(cfg: TranslateConfig) -> FrozenQ | None:
     """The policy that judges translations, where one is configured. Raises UserError where it is none."""
     return FrozenQ.load(cfg.q_function) if cfg.q_function else None
 

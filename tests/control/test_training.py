@@ -122,9 +122,9 @@ def test_a_boundary_is_judged_by_what_can_be_reached_there(tmp_path):
     best, nothing = Informed(NOMINAL, weak, cfg.task), OpenLoop(NOMINAL, cfg.task)
     reached = abs(track(best, cfg.task, NOMINAL, Given(weak), wanted)) < cfg.task.tolerance
     assert 0.1 < reached.mean() < 0.4  # 4 A of 0.3 N·m/A against 0.4 N·m·s/rad: 3 rad/s at most
-    judge = adr_ranges(cfg, 0).evaluate
-    assert judge(best, weak, 1).mean() == cfg.task.targets
-    assert judge(nothing, weak, 1).mean() < 1
+    tried = adr_ranges(cfg, 0).evaluate
+    assert tried(best, weak, 1).mean() == cfg.task.targets
+    assert tried(nothing, weak, 1).mean() < 1
 
 
 def test_a_training_with_other_settings_is_not_taken_for_this_one(tmp_path):

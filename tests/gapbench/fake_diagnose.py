@@ -1,7 +1,7 @@
 """A diagnosis that knows: reads the answer of a recording from $ANSWERS, by the recording's own text.
 
 Takes recording=DIR out=DIR jobs=N withhold=[NAME], as scripts/diagnose.py does. $MANNER says how well it does:
-right | silent (never names anything) | crash | wrong (always names cogging, with a wrong value).
+right | nothing (never names anything) | crash | wrong (always names cogging, with a wrong value).
 """
 
 import hashlib
@@ -21,7 +21,7 @@ if manner == "crash":
     sys.exit(3)
 digest = hashlib.sha256((recording / "joint.csv").read_bytes()).hexdigest()
 answer = json.loads(Path(os.environ["ANSWERS"]).read_text())[digest]
-effects = {} if manner == "silent" else answer["effects"]
+effects = {} if manner == "nothing" else answer["effects"]
 verdict = "explained" if effects else "no_gap"
 if manner == "wrong":
     effects, verdict = {"cogging": {"amplitude": 9.0, "teeth": 3.0}}, "explained"

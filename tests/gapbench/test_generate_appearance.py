@@ -1,4 +1,4 @@
-"""Sealed scenes: what is written is what was drawn, by both renderers."""
+"""Generated scenes: what is written is what was drawn, by both renderers."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Sealed arms: another engine's, which the diagnoser's own simulator agrees with where nothing is wrong."""
+"""Generated arms: another engine's, which the diagnoser's own simulator agrees with where nothing is wrong."""
 
 import numpy as np
 import pytest

@@ -144,7 +144,7 @@ def test_tuning_and_reporting_know_other_unknown_effects() -> None:
 
 
 @pytest.mark.parametrize("case", camera.CASES)
-def test_a_sealed_camera(case: str, tmp_path: Path) -> None:
+def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     machine = camera.machine(case, 3, "tuning", np.random.default_rng(5))
     machine.write(tmp_path)
     recording = read(tmp_path)

@@ -1,4 +1,4 @@
-"""Sealed tosses: an integrator of their own that agrees with the laws of the vocabulary; recordings that are read."""
+"""Generated tosses: an integrator of its own that agrees with the laws of the vocabulary; recordings that are read."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def test_torques_of_an_impact_leave_newtons_law_at_the_point_that_hits():
     assert ours[7:] == pytest.approx(theirs[7:], abs=0.15)
 
 
-def test_a_sealed_recording_is_read_and_drawn_again_the_same(tmp_path, monkeypatch):
+def test_a_generated_recording_is_read_and_drawn_again_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(contact, "TOSSES", 4)
     for name in ("a", "b"):
         machine = contact.machine("null", 0, "tuning", np.random.default_rng(3))

@@ -9,7 +9,7 @@ import yaml
 
 import vision_s2r.gapbench as gapbench
 from vision_s2r.gapbench.generate import excitation, joint, truth
-from vision_s2r.gapbench.generate.base import SealedMachine
+from vision_s2r.gapbench.generate.base import GeneratedMachine
 from vision_s2r.gapbench.generate.drive import DriveModel, run, step_of
 from vision_s2r.gapbench.generate.library import LIBRARY
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
@@ -51,7 +51,7 @@ def commands() -> np.ndarray:
 NEUTRAL = ("parallel", "bullet", "errors", "files", "options", "progress")  # rooms that know nothing of joints
 
 
-def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> SealedMachine:
+def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> GeneratedMachine:
     return joint.machine(case, index, split, np.random.default_rng([seed, joint.CASES.index(case), index]))
 
 
@@ -102,8 +102,8 @@ def test_the_same_seed_gives_the_same_recording(tmp_path: Path) -> None:
     texts = []
     for name in ("a", "b"):
         (tmp_path / name).mkdir()
-        sealed = machine("pair", 3)
-        sealed.write(tmp_path / name)
+        made = machine("pair", 3)
+        made.write(tmp_path / name)
         texts.append((tmp_path / name / "joint.csv").read_text())
     assert texts[0] == texts[1]
     head = yaml.safe_load((tmp_path / "a" / "recording.yaml").read_text())
@@ -157,11 +157,11 @@ def test_the_answer_takes_the_fewest_parameters() -> None:
 
 
 def test_all_nominal_values_are_off_by_5_to_25_percent(tmp_path: Path) -> None:
-    sealed = machine("all_nominal", 2)
-    sealed.write(tmp_path)
+    made = machine("all_nominal", 2)
+    made.write(tmp_path)
     nominal = yaml.safe_load((tmp_path / "recording.yaml").read_text())["nominal"]
-    true = sealed.answer.notes["machine"]
+    true = made.answer.notes["machine"]
     off = [abs(true[name] / value - 1) for name, value in nominal.items() if value]
     assert len(off) >= 4
     assert all(0.05 <= share <= 0.25 for share in off)
-    assert len(set(sealed.answer.effects) - set(joint.MODELLED)) == 1
+    assert len(set(made.answer.effects) - set(joint.MODELLED)) == 1

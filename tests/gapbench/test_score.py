@@ -20,7 +20,7 @@ COUNTS = {"null": 1, "single": 2, "pair": 1, "unknown": 1, "left_out": 1}
 
 @pytest.fixture(scope="module")
 def benchmark(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("gapbench") / "sealed"
+    out = tmp_path_factory.mktemp("gapbench") / "drawn"
     bench(GapbenchConfig(stage="generate", counts=COUNTS, jobs=1, out=str(out)))
     return out
 
@@ -28,10 +28,10 @@ def benchmark(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def scored_by(benchmark: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Score the benchmark in a folder of its own, by a fake of this manner; returns that folder."""
-    sealed = json.loads((benchmark / "answers.json").read_text())
+    answers = json.loads((benchmark / "answers.json").read_text())
     digests = {
         hashlib.sha256((benchmark / "recordings" / name / "joint.csv").read_bytes()).hexdigest(): entry["answer"]
-        for name, entry in sealed.items()
+        for name, entry in answers.items()
     }
     (tmp_path / "answers.json").write_text(json.dumps(digests))
     out = tmp_path / "scored"
@@ -85,18 +85,18 @@ def test_a_wrong_diagnosis_gets_none(scored_by) -> None:
 
 def test_finished_reports_are_kept_and_failed_ones_tried_again(scored_by) -> None:
     assert figures(scored_by("crash", limit=2))["failed"] == 1
-    assert figures(scored_by("silent", limit=2))["failed"] == 0
-    scored_by("silent")
+    assert figures(scored_by("nothing", limit=2))["failed"] == 0
+    scored_by("nothing")
     assert len(scored_by.calls.read_text().splitlines()) == 2 + 6
 
 
 def test_a_changed_answer_is_noticed(scored_by) -> None:
-    sealed = json.loads((scored_by.out / "answers.json").read_text())
-    next(iter(sealed.values()))["answer"]["effects"]["cogging"] = {"amplitude": 1.0, "teeth": 4.0}
+    answers = json.loads((scored_by.out / "answers.json").read_text())
+    next(iter(answers.values()))["answer"]["effects"]["cogging"] = {"amplitude": 1.0, "teeth": 4.0}
     (scored_by.out / "answers.json").unlink()
-    (scored_by.out / "answers.json").write_text(json.dumps(sealed))
+    (scored_by.out / "answers.json").write_text(json.dumps(answers))
     with pytest.raises(UserError, match="not the one that was committed to"):
-        scored_by("silent")
+        scored_by("nothing")
 
 
 def test_the_seal_says_nothing_of_its_answers(benchmark: Path) -> None:

@@ -57,13 +57,13 @@ def run(out: Path, path: str, steps: int, loss: LossConfig = ALONE) -> dict[str,
 def test_equal_pictures_cost_nothing_and_gradients_reach_pictures_alone(form: str) -> None:
     cfg = GraspConfig(form=form, width=8)
     q_function = build(cfg)
-    judge, views = FrozenQ(q_function, cfg, SIZE), Labelled(4, 0)
+    frozen_q, views = FrozenQ(q_function, cfg, SIZE), Labelled(4, 0)
     true = views.batch("canonical", torch.arange(4)).movedim(-1, 1) / 255
     made = (true + 0.1 * torch.rand(true.shape)).clamp(0, 1).requires_grad_()
     where = [views.batch(name, torch.arange(4)) for name in ("intrinsics", "extrinsics")]
-    grasps = judge.grasps(4, torch.Generator().manual_seed(0))
+    grasps = frozen_q.grasps(4, torch.Generator().manual_seed(0))
     assert (grasps[..., :2].abs() <= 0.115).all() and grasps.shape == (4, 8, 3)
-    ours, theirs = (judge.activations(pictures, *where, grasps) for pictures in (made, true))
+    ours, theirs = (frozen_q.activations(pictures, *where, grasps) for pictures in (made, true))
     assert losses.perceptual(theirs, theirs) == 0
     losses.perceptual(ours, theirs).backward()
     assert made.grad is not None and made.grad.abs().sum() > 0

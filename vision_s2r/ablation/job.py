@@ -82,7 +82,7 @@ def sheet(cfg: AblationStudyConfig) -> Path:
 
 
 def _configured(cfg: AblationStudyConfig) -> AblationStudyConfig:
-    """cfg as its variant changes it, its seed's policy as judge. Raises UserError where something does not fit."""
+    """cfg as its variant changes it, its seed's policy frozen as Q. Raises UserError where something does not fit."""
     check(cfg.ablation, cfg.seeds)
     if not cfg.ablation.variant or not cfg.ablation.policy:
         raise UserError("ablation.variant or ablation.policy is empty: expected both in a job")

@@ -64,9 +64,9 @@ class Adaptation(Method):
         self._policy = policies(cfg)
         self.networks = generators(cfg, translate)
         if cfg.loss.adversarial > 0:
-            for generator, judge in DISCRIMINATORS.items():
+            for generator, discriminator in DISCRIMINATORS.items():
                 if generator in self.networks:
-                    self.networks[judge] = PatchDiscriminator(cfg.discriminator, pictures=1)
+                    self.networks[discriminator] = PatchDiscriminator(cfg.discriminator, pictures=1)
         self.networks |= q_functions(cfg)
         self.optimizers = {name: self._optimizer(name, network) for name, network in self.networks.items()}
         self.networks["policy"] = deepcopy(self.networks["q_canonical"])  # what translations are for; it stays

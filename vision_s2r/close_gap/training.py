@@ -12,7 +12,7 @@ from vision_s2r import parallel
 from vision_s2r.camera import CameraConfig
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.grasp import train_policy
-from vision_s2r.pipeline import judge, labelled, pairs
+from vision_s2r.pipeline import frozen_q, labelled, pairs
 from vision_s2r.render import Views
 from vision_s2r.scene import attempt
 from vision_s2r.scene.drives import Tuning
@@ -46,7 +46,7 @@ def _translator(
     )
     translate = replace(cfg.translate, start=start, training=training)
     inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
-    return train_translator(translate, inputs, out, cfg.seed, judge(translate))
+    return train_translator(translate, inputs, out, cfg.seed, frozen_q(translate))
 
 
 def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Path:

@@ -206,7 +206,7 @@ _ALL = (
     Command(
         "gapbench",
         DIAGNOSIS,
-        "The sealed benchmark of diagnosis: machines with withheld answers, and a score",
+        "The benchmark of diagnosis: machines with withheld answers, and a score",
         "vision_s2r.gapbench.bench:bench",
         schema="vision_s2r.gapbench.config:GapbenchConfig",
         config="gapbench",

@@ -1,4 +1,4 @@
-"""What a sealed benchmark draws and how it is scored."""
+"""What a benchmark draws and how it is scored."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The files of a sealed benchmark: JSON that two machines write alike."""
+"""The files of a benchmark: JSON that two machines write alike."""
 
 import hashlib
 import json

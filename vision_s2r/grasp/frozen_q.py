@@ -1,4 +1,4 @@
-"""A trained policy as the judge of a translator: how much do its pictures differ to Q from the true canonical ones?"""
+"""A trained policy, frozen, on translations: how much do they differ to Q from the true canonical pictures?"""
 
 from pathlib import Path
 

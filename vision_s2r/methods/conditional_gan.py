@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vision_s2r.config import Config
 from vision_s2r.methods.registry import METHODS, MethodInputs, Released
-from vision_s2r.pipeline import judge
+from vision_s2r.pipeline import frozen_q
 from vision_s2r.translate import train_translator
 
 
@@ -15,4 +15,4 @@ from vision_s2r.translate import train_translator
 def train(cfg: Config, inputs: MethodInputs, out: Path, seed: int) -> Released:
     """The translator, before the canonical policy."""
     settings = cfg.conditional_gan
-    return {"conditional_gan": train_translator(settings, inputs.pairs, out, seed, judge(settings))}
+    return {"conditional_gan": train_translator(settings, inputs.pairs, out, seed, frozen_q(settings))}

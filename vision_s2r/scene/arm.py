@@ -12,7 +12,6 @@ BASE = (0.0, 0.44)  # m, the column's place behind the bin
 UPPER_ARM = 0.28
 FOREARM = 0.28
 ARM_HEIGHT = 0.34  # of both links' middle plane
-LIFT_RANGE = (0.0, 0.32)  # tool height over the bin's floor
 FINGER_SIZE = (0.008, 0.018, 0.055)  # along the closing axis, across it, down
 PALM_SIZE = (0.115, 0.028, 0.03)
 MAX_OPENING = 0.042  # of each finger, from the middle to its inner face

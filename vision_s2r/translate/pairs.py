@@ -14,20 +14,20 @@ from vision_s2r.translate.config import TranslateConfig
 
 ORDERS = torch.tensor(list(permutations(range(3))))  # of red, green and blue
 TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
-CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a judge reads beside the pictures
+CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a frozen Q reads beside the pictures
 
 
 class Pairs:
     """Reads what the losses of a configuration need, and makes source and target of it."""
 
-    def __init__(self, cfg: TranslateConfig, margin: int, depth_range: tuple[float, float], judged: bool = False):
+    def __init__(self, cfg: TranslateConfig, margin: int, depth_range: tuple[float, float], labelled: bool = False):
         """`margin`: pixels by which source pictures are wider; `depth_range`: nearest and farthest, metres.
 
-        `judged`: whether a policy judges the pictures: targets then have its camera, held-out ones labelled grasps.
+        `labelled`: whether a policy judges the pictures: targets then have its camera, held-out ones labelled grasps.
         """
         self._shuffles = cfg.shuffle_colours
-        self._rectifies, self._labels = rectifies(cfg), LABELS if judged else ()
-        self.names = needed(cfg, judged)
+        self._rectifies, self._labels = rectifies(cfg), LABELS if labelled else ()
+        self.names = needed(cfg, labelled)
         self._margin, self._depth_range = margin, depth_range
 
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
@@ -73,7 +73,7 @@ def rectifies(cfg: TranslateConfig) -> bool:
     return cfg.network.rectifier > 0 and cfg.loss.rectification > 0
 
 
-def needed(cfg: TranslateConfig, judged: bool = False) -> tuple[str, ...]:
+def needed(cfg: TranslateConfig, labelled: bool = False) -> tuple[str, ...]:
     """The tensors of the views that training reads, but for the source pictures."""
     sources = rectification.SOURCES if rectifies(cfg) else ()
-    return tuple(dict.fromkeys((*TARGETS, *sources, *(CAMERA if judged else ()))))
+    return tuple(dict.fromkeys((*TARGETS, *sources, *(CAMERA if labelled else ()))))

@@ -34,10 +34,10 @@ class QFeatures(Protocol):
         """Metrics of logits in translated and true pictures [N, K] and labels [N, K]."""
 
 
-def scores(judge: QFeatures, translated: Tensor, target: Mapping[str, Tensor]) -> Tensor:
+def scores(frozen_q: QFeatures, translated: Tensor, target: Mapping[str, Tensor]) -> Tensor:
     """[B, K, 3]: logits of the labelled grasps in the translated and the true canonical pictures, and the labels."""
     where = target["intrinsics"], target["extrinsics"], target["grasps"]
-    logits = [judge.logits(pictures, *where) for pictures in (translated, target["canonical"])]
+    logits = [frozen_q.logits(pictures, *where) for pictures in (translated, target["canonical"])]
     return torch.stack([*logits, target["success"]], -1)
 
 

@@ -53,17 +53,17 @@ class Rcan(Method):
         validation_camera: CameraConfig,
         views: ViewSource,
         adr: CameraAdr | None = None,
-        judge: QFeatures | None = None,
+        frozen_q: QFeatures | None = None,
     ):
         """`views`: to be trained on; their size, margin and range of depth are kept.
 
-        `adr`: whose ranges take the place of the camera's. `judge`: a frozen policy that validation asks, and the
+        `adr`: whose ranges take the place of the camera's. `frozen_q`: a frozen policy that validation asks, and the
         perceptual loss.
         """
-        self._adr, self._judge = adr, judge
+        self._adr, self._frozen_q = adr, frozen_q
         self._vgg = Vgg() if cfg.loss.vgg > 0 else None
         self._cfg, self._depth_range = cfg, depth_range(views)
-        self._pairs = Pairs(cfg, views.margin, self._depth_range, judged=judge is not None)
+        self._pairs = Pairs(cfg, views.margin, self._depth_range, labelled=frozen_q is not None)
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
         unet = UNet(cfg.network, heads)
@@ -107,8 +107,8 @@ class Rcan(Method):
 
         Of the picture: l1, psnr (dB), ssim, and l1 of its object pixels alone (object_l1); intersection over union
         of the object class (object_iou); absolute errors of depth (depth_error, m) and of the places that the
-        rectifier samples (rectification_error, px). Of a judge: q_difference, auc, as it says. Of ranges that widen:
-        width, entropy.
+        rectifier samples (rectification_error, px). Of a frozen Q: q_difference, auc, as it says. Of automatic
+        randomization: width, entropy.
         """
         found: dict[str, list[Tensor]] = {}
         scores: list[Tensor] = []
@@ -117,12 +117,12 @@ class Rcan(Method):
             output = self.networks["unet"](source)
             for name, values in self._measure(output, target).items():
                 found.setdefault(name, []).append(values.double().cpu())
-            if self._judge:
-                scores.append(perceptual.scores(self._judge, output["canonical"].clamp(0, 1), target).cpu())
+            if self._frozen_q:
+                scores.append(perceptual.scores(self._frozen_q, output["canonical"].clamp(0, 1), target).cpu())
         sums = {name: torch.cat(values).sum(0) for name, values in found.items()}
         metrics = {name: float(part / whole) for name, (part, whole) in sums.items()}
-        if self._judge:
-            metrics |= self._judge.measure(*torch.cat(scores).unbind(-1))
+        if self._frozen_q:
+            metrics |= self._frozen_q.measure(*torch.cat(scores).unbind(-1))
         if self._adr:
             self._adr.note()
             metrics |= self._adr.metrics()
@@ -158,10 +158,10 @@ class Rcan(Method):
     def _perceived(self, output: Batch, target: Batch, step: Step) -> dict[str, Tensor]:
         """The terms that compare the pictures as frozen networks see them, without their weights."""
         found, pictures = {}, (output["canonical"], target["canonical"])
-        if self._judge and self._cfg.loss.perceptual > 0:
-            grasps = self._judge.grasps(len(pictures[0]), step.generator).to(self.device)
+        if self._frozen_q and self._cfg.loss.perceptual > 0:
+            grasps = self._frozen_q.grasps(len(pictures[0]), step.generator).to(self.device)
             where = target["intrinsics"], target["extrinsics"], grasps
-            found["perceptual"] = losses.perceptual(*(self._judge.activations(each, *where) for each in pictures))
+            found["perceptual"] = losses.perceptual(*(self._frozen_q.activations(each, *where) for each in pictures))
         if self._vgg:
             found["vgg"] = losses.perceptual(*map(self._vgg, pictures))
         return found
@@ -218,35 +218,35 @@ def heads_for(cfg: LossConfig) -> dict[str, int]:
 
 
 def train_translator(
-    cfg: TranslateConfig, inputs: Inputs, out: Path, seed: int, judge: QFeatures | None = None
+    cfg: TranslateConfig, inputs: Inputs, out: Path, seed: int, frozen_q: QFeatures | None = None
 ) -> Path:
     """Trains RCAN in the folder `out`, or goes on there, and returns the best checkpoint.
 
-    `judge`: the policy that `cfg.q_function` names. Raises UserError where the configuration or the views do not fit,
-    and as `vision_s2r.training.train`.
+    `frozen_q`: the policy that `cfg.q_function` names. Raises UserError where the configuration or the views do not
+    fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
     views, validation = inputs.views, inputs.validation
-    if judge and judge.size != views.size:
-        raise UserError(f"{cfg.q_function} judges pictures of {judge.size} px: the views have {views.size} px")
-    check_views(cfg, views, validation, judged=judge is not None)
+    if frozen_q and frozen_q.size != views.size:
+        raise UserError(f"{cfg.q_function} judges pictures of {frozen_q.size} px: the views have {views.size} px")
+    check_views(cfg, views, validation, labelled=frozen_q is not None)
     adr = CameraAdr(cfg.adr, Camera.from_config(inputs.camera), validation, seed, out) if cfg.adr.limits else None
-    method = partial(Rcan, cfg, *inputs.cameras, views, adr, judge)
+    method = partial(Rcan, cfg, *inputs.cameras, views, adr, frozen_q)
     return train(method, views, validation, cfg.training, out, seed).best
 
 
-def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource, judged: bool = False) -> None:
+def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource, labelled: bool = False) -> None:
     """Raises UserError where views to train and to validate on do not fit the configuration or each other.
 
-    `judged`: whether a policy judges the pictures, and wants labels.
+    `labelled`: whether a policy judges the pictures, and wants labels.
     """
     stride = 2**cfg.network.levels
     for part, source in (("training", views), ("validation", validation)):
         if source.size % stride:
             raise UserError(f"{part} views of {source.size} px: expected a multiple of {stride}, as the network halves")
         picture = "randomized" if part == "training" else cfg.validate_on
-        labels = LABELS if judged and part == "validation" else ()
-        require(part, source, (picture, *needed(cfg, judged), *labels))
+        labels = LABELS if labelled and part == "validation" else ()
+        require(part, source, (picture, *needed(cfg, labelled), *labels))
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
 

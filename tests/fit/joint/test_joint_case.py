@@ -14,12 +14,12 @@ from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.gapbench.generate import joint
-from vision_s2r.gapbench.generate.base import SealedMachine
+from vision_s2r.gapbench.generate.base import GeneratedMachine
 from vision_s2r.joint import DYNAMICS
 from vision_s2r.recording import read
 
 
-def sealed(case: str, index: int, folder: Path) -> SealedMachine:
+def generated(case: str, index: int, folder: Path) -> GeneratedMachine:
     found = joint.machine(case, index, "tuning", np.random.default_rng([5, joint.CASES.index(case), index]))
     folder.mkdir(exist_ok=True)
     found.write(folder)
@@ -32,7 +32,7 @@ def reported(folder: Path, withhold: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
-    truth = sealed("pair", 3, tmp_path / "log").answer.effects
+    truth = generated("pair", 3, tmp_path / "log").answer.effects
     command = [sys.executable, "scripts/diagnose.py", f"recording={tmp_path / 'log'}"]
     for out, jobs in (("once", 1), ("again", 2)):
         done = subprocess.run([*command, f"out={tmp_path / out}", f"jobs={jobs}"], capture_output=True, text=True)
@@ -51,13 +51,13 @@ def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
 
 
 def test_nothing_is_found_where_nothing_is(tmp_path: Path) -> None:
-    sealed("null", 0, tmp_path)
+    generated("null", 0, tmp_path)
     report = reported(tmp_path)
     assert report["verdict"] == "no_gap" and report["effects"] == []
 
 
 def test_a_wrong_parameter_is_no_effect_and_may_be_withheld(tmp_path: Path) -> None:
-    truth = sealed("dynamics", 0, tmp_path).answer.effects
+    truth = generated("dynamics", 0, tmp_path).answer.effects
     report = reported(tmp_path)
     assert [effect["name"] for effect in report["effects"]] == list(truth)
     assert report["effects"][0]["source"] == "dynamics"
@@ -65,13 +65,13 @@ def test_a_wrong_parameter_is_no_effect_and_may_be_withheld(tmp_path: Path) -> N
 
 
 def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path) -> None:
-    sealed("null", 0, tmp_path)
+    generated("null", 0, tmp_path)
     case = open_case(read(tmp_path), DYNAMICS)
     assert not case.refitted and "compliance" not in case.not_excited
 
 
 def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> None:
-    sealed("null", 0, tmp_path)
+    generated("null", 0, tmp_path)
     case = open_case(read(tmp_path))
     asked = case.experiment([], sorted({*case.not_excited, "torque_saturation"})).sentence
     assert "deadband" in case.not_excited and "torque_saturation" in asked
@@ -79,6 +79,6 @@ def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> N
 
 
 def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
-    assert sealed("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
+    assert generated("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []

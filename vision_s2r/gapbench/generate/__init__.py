@@ -1,1 +1,1 @@
-"""The generator: draws machines, simulates them with code of its own, and writes recordings and sealed answers."""
+"""The generator: draws machines, simulates them with code of its own, and writes recordings and withheld answers."""

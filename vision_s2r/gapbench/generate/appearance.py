@@ -1,4 +1,4 @@
-"""Sealed scenes of other colours, grain or light than the simulator's, rendered by rays or by PyBullet.
+"""Generated scenes of other colours, grain or light than the simulator's, rendered by rays or by PyBullet.
 
 A surface or a light shows when it changes the pictures by 1.5 grey levels of 255 (root mean square) at least, and by 20
 at most; so does the camera's effect beside it in a pair. PyBullet shades coded values: the gains of a label are then
@@ -26,7 +26,7 @@ from vision_s2r.gapbench.generate.appearance_scenes import (
     shaded,
     solids,
 )
-from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine
+from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw
 from vision_s2r.gapbench.generate.camera_effects import Geometry, Sensor, photograph, quantize, to_coded, to_linear
 from vision_s2r.gapbench.generate.camera_strength import FAMILIES
 
@@ -55,7 +55,7 @@ class DrawnScenes:
     depth: Array  # [N, H, W] m
 
 
-def machine(case: str, index: int, split: str, rng: Rng) -> SealedMachine:
+def machine(case: str, index: int, split: str, rng: Rng) -> GeneratedMachine:
     """Draw one scene of a case; see `generate.base`."""
     for _ in range(100):
         try:
@@ -65,7 +65,7 @@ def machine(case: str, index: int, split: str, rng: Rng) -> SealedMachine:
     raise RuntimeError(f"no scene of case '{case}' number {index} in 100 draws")
 
 
-def _machine(case: str, index: int, rng: Rng) -> SealedMachine:
+def _machine(case: str, index: int, rng: Rng) -> GeneratedMachine:
     effect = None if case == "null" else EFFECTS[index % len(EFFECTS)]
     by_rays = (index // len(EFFECTS)) % 2 == 0
     values: Effects = {}
@@ -83,7 +83,7 @@ def _machine(case: str, index: int, rng: Rng) -> SealedMachine:
     if values and not MILD <= _apart(photograph(drawn.real, values, geometry, sensor, None), plain) <= SEVERE:
         raise Redraw
     answer = Answer(case, {**truth, **values}, severity=_apart(real, sim) / (255 * sensor.sigma))
-    return SealedMachine(
+    return GeneratedMachine(
         replace(answer, notes={"by": "rays" if by_rays else "PyBullet", "ambient": drawn.look.ambient}),
         lambda folder: _write(folder, sim, real, drawn),
     )

@@ -1,4 +1,4 @@
-"""Sealed arms, by PyBullet: chains of links that are drawn, servos of its own at 10 kHz, logs at 100 Hz.
+"""Generated arms, by PyBullet: chains of links that are drawn, servos of its own at 10 kHz, logs at 100 Hz.
 
 Rigid bodies and dry friction are PyBullet's; the servo's law, with what it lacks, is written out here. No code is
 shared with the diagnosis.
@@ -15,7 +15,7 @@ import yaml
 
 from vision_s2r.bullet import pybullet
 from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN, Torque
-from vision_s2r.gapbench.generate.base import Answer, Effects, SealedMachine
+from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine
 
 CASES = ("null", "single", "pair", "unknown")
 # s of the physics and the servo, Hz of the log; a torque that is held is half a step late
@@ -51,7 +51,7 @@ class Chain:
     payload: tuple[float, float, float, float] | None = None  # kg, and where on the last link, m
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
     """An arm of two or three joints; cases take the effects in turn, `unknown` those of its split."""
     chain, drives = _drawn(rng)
     joints = rng.permutation(len(drives))
@@ -78,7 +78,7 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Seal
     notes = {"masses": list(chain.masses), "lengths": list(chain.lengths)}
     answer = Answer(case, effects, unknown=unknown, notes=notes)
     log = _log(real, truth, rng)
-    return SealedMachine(answer, lambda folder: _write(folder, chain, drives, log))
+    return GeneratedMachine(answer, lambda folder: _write(folder, chain, drives, log))
 
 
 def _drawn(rng: np.random.Generator) -> tuple[Chain, list[Servo]]:

@@ -1,4 +1,4 @@
-"""What a sealed machine is: its answer, and how its recording is written.
+"""What a generated machine is: its answer, and how its recording is written.
 
 A kind of recording is a module (`generate.joint`, `generate.camera`) with
 
@@ -62,7 +62,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class SealedMachine:
+class GeneratedMachine:
     """One machine: the truth, and a function that writes its recording into a folder that exists and is empty."""
 
     answer: Answer
@@ -73,7 +73,7 @@ class Redraw(Exception):  # noqa: N818  (a signal, no error)
     """What was drawn does not make a machine of its case: draw again."""
 
 
-def drawn(draw: Callable[[], SealedMachine], what: str, draws: int = 200) -> SealedMachine:
+def drawn(draw: Callable[[], GeneratedMachine], what: str, draws: int = 200) -> GeneratedMachine:
     """What `draw` makes, again while it raises `Redraw`; RuntimeError, naming `what`, after so many draws."""
     for _ in range(draws):
         try:

@@ -1,4 +1,4 @@
-"""Sealed cameras: recordings of every case, drawn so that each of their effects shows in the pictures.
+"""Generated cameras: recordings of every case, drawn so that each of their effects shows in the pictures.
 
 An effect shows when it alone changes the pictures by 1.5 (mild) to 20 grey levels of 255 (root mean square; noise and
 compression: 1.5 to 12), and by 1.5 at least beside the others. The gap that the true effects remove is measured on the
@@ -18,7 +18,7 @@ import numpy as np
 import yaml
 
 from vision_s2r.gapbench.generate import camera_scenes
-from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine, drawn
+from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.camera_effects import (
     EFFECTS,
     NOISE,
@@ -91,7 +91,7 @@ class CameraTruth:
         return replace(self, values={key: value for key, value in self.values.items() if key != name})
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
     """Draw one camera of a case; see `generate.base`."""
     return drawn(
         lambda: _recorded(*_DRAWN[case](index, split, rng), rng), f"camera of case '{case}' number {index}", 100
@@ -355,7 +355,7 @@ def _check_margin(setting: CameraSetting, truth: CameraTruth) -> None:
 # -- the recording -----------------------------------------------------------------------------------------------------
 
 
-def _recorded(setting: CameraSetting, truth: CameraTruth, answer: Answer, rng: np.random.Generator) -> SealedMachine:
+def _recorded(setting: CameraSetting, truth: CameraTruth, answer: Answer, rng: np.random.Generator) -> GeneratedMachine:
     sensor = replace(setting.sensor, extra=truth.stages)
     raw = expose(setting.canvas, truth.values, setting.geometry, sensor, rng)
     real = compress(raw, truth.values, sensor)
@@ -365,7 +365,7 @@ def _recorded(setting: CameraSetting, truth: CameraTruth, answer: Answer, rng: n
         raise Redraw  # the unknown effect undoes the known one, as sharpening does blur
     answer = replace(answer, severity=severity, shrink=shrink, notes=_notes(setting, truth))
     files = _Files(setting, raw if as_jpeg else real, truth.values["jpeg_compression"]["quality"] if as_jpeg else None)
-    return SealedMachine(answer, files.write)
+    return GeneratedMachine(answer, files.write)
 
 
 def _notes(setting: CameraSetting, truth: CameraTruth) -> dict[str, object]:

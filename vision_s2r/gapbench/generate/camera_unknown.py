@@ -1,4 +1,4 @@
-"""What cameras do that the library of effects does not hold: the unknown of sealed recordings.
+"""What cameras do that the library of effects does not hold: the unknown of generated recordings.
 
 Each kind is a function (strength in (0, 1], generator) -> (stage, step): where in the camera it happens, and what it
 does there, the same at every call. Kinds for tuning and for reporting are disjoint.

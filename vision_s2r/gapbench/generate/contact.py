@@ -1,4 +1,4 @@
-"""Sealed tosses: bodies of every case, drawn so that each of their effects shows in the motion.
+"""Generated tosses: bodies of every case, drawn so that each of their effects shows in the motion.
 
 An effect shows when it moves the body, over a quarter of a second from the same state, by 3 (mild) to 100 times
 (severe) the noise of measured positions, at its median over the windows in which it acts; in pairs each effect does,
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine, drawn
+from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, TossedBody, move
 
 CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
@@ -72,10 +72,10 @@ class Setting:
         return float(np.median(acting)) / self.noise[0] if len(acting) else 0.0
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
     """Draw one machine of a case; see `generate.base`."""
 
-    def draw() -> SealedMachine:
+    def draw() -> GeneratedMachine:
         setting = _setting(rng)
         body, answer = _DRAWN[case](setting, index, split, rng)
         return recorded(setting, body, answer, rng)
@@ -334,7 +334,7 @@ def _effects(body: TossedBody, names: tuple[str, ...]) -> Effects:
 # The recording
 
 
-def recorded(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.Generator) -> SealedMachine:
+def recorded(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.Generator) -> GeneratedMachine:
     states = setting.tossed(body)
     position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
     attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
@@ -348,7 +348,7 @@ def recorded(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.
         severity=setting.severity(body, setting.nominal) if body != setting.nominal else 0.0,
         notes={"noise": list(setting.noise), "shape": setting.shape, "machine": changed},
     )
-    return SealedMachine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
+    return GeneratedMachine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
 
 
 def _jolted(q: np.ndarray, turn: np.ndarray) -> np.ndarray:

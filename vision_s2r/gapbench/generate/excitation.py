@@ -1,4 +1,4 @@
-"""What drives a sealed joint: open-loop currents of five forms and closed-loop tracking, drawn per episode."""
+"""What drives a generated joint: open-loop currents of five forms and closed-loop tracking, drawn per episode."""
 
 from dataclasses import dataclass
 

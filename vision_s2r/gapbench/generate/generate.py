@@ -36,8 +36,8 @@ def generate(cfg: GapbenchConfig) -> Path:
     out = Path(cfg.out)
     drawn = _contents(cfg)
     if (out / "commitments.json").exists():
-        sealed = read_json(out / "commitments.json")
-        if any(sealed.get(key) != value for key, value in drawn.items()):
+        committed = read_json(out / "commitments.json")
+        if any(committed.get(key) != value for key, value in drawn.items()):
             raise UserError(f"{out}: holds another benchmark; give another out= or remove it")
         print(f"{out}: drawn already", file=sys.stderr)
         return out

@@ -1,4 +1,4 @@
-"""Sealed joints: machines of every case, drawn so that each of their effects shows in the motion.
+"""Generated joints: machines of every case, drawn so that each of their effects shows in the motion.
 
 An effect shows when it moves the free run's velocity by 3 (mild) to 100 times (severe) the noise of the velocity
 sensor, everything else equal; in pairs and triples each effect does, beside the others. And it is distinct: at least
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate.base import Answer, Effects, Redraw, SealedMachine, drawn
+from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.drive import DriveModel
 from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation
 from vision_s2r.gapbench.generate.excitation import draw as draw_excitation
@@ -57,10 +57,10 @@ class JointSetting:
         return velocity_difference(truth, without, self.excitations) / self.noise[1]
 
 
-def machine(case: str, index: int, split: str, rng: np.random.Generator) -> SealedMachine:
+def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
     """Draw one machine of a case; see `generate.base`."""
 
-    def draw() -> SealedMachine:
+    def draw() -> GeneratedMachine:
         setting = _setting(rng)
         truth, answer = _DRAWN[case](setting, index, split, rng)
         return _recorded(setting, truth, answer, rng)
@@ -392,7 +392,7 @@ def _wrongness(value: float, nominal: float) -> float:
 # The recording
 
 
-def _recorded(setting: JointSetting, truth: JointTruth, answer: Answer, rng: np.random.Generator) -> SealedMachine:
+def _recorded(setting: JointSetting, truth: JointTruth, answer: Answer, rng: np.random.Generator) -> GeneratedMachine:
     motion, commands = record(truth, setting.excitations)
     resolution = truth.drive.resolution
     shown = encoded(motion, resolution)
@@ -406,7 +406,7 @@ def _recorded(setting: JointSetting, truth: JointTruth, answer: Answer, rng: np.
     }
     severity, shrink = _gap(setting, truth, answer, measured, shown, commands)
     answer = replace(answer, severity=severity, shrink=shrink, notes=tell)
-    return SealedMachine(answer, lambda folder: _write(folder, setting.nominal, commands, measured))
+    return GeneratedMachine(answer, lambda folder: _write(folder, setting.nominal, commands, measured))
 
 
 def _gap(

@@ -1,4 +1,4 @@
-"""A sealed joint as it is: its drive, what alters its command and its sensor, and what a recording of it shows."""
+"""A generated joint as it is: its drive, what alters its command and its sensor, and what a recording of it shows."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,1 +1,1 @@
-"""Scoring: diagnoses each sealed recording in a process of its own, then opens the answers and scores."""
+"""Scoring: diagnoses each recording in a process of its own, then opens the answers and scores."""

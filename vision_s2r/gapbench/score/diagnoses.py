@@ -1,4 +1,4 @@
-"""Diagnose sealed recordings, each by a process that sees nothing but that recording.
+"""Diagnose the recordings, each by a process that sees nothing but that recording.
 
 OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took, and its last words.
 """
@@ -28,14 +28,14 @@ def run(cfg: GapbenchConfig) -> list[str]:
     Raises UserError where there is no benchmark, or a recording is gone.
     """
     out = Path(cfg.out)
-    sealed = read_json(out / "commitments.json")
-    names = sorted(sealed["commitments"])[: cfg.limit or None]
+    committed = read_json(out / "commitments.json")
+    names = sorted(committed["commitments"])[: cfg.limit or None]
     gone = [name for name in names if not (out / "recordings" / name).is_dir()]
     if gone:
-        raise UserError(f"{out / 'recordings' / gone[0]}: the sealed recording is gone")
+        raise UserError(f"{out / 'recordings' / gone[0]}: the recording is gone")
     waiting = [name for name in names if not _finished(out / "reports" / name)]
     (out / "reports").mkdir(exist_ok=True)
-    calls = ((cfg, out, name, sealed["withheld"].get(name)) for name in waiting)
+    calls = ((cfg, out, name, committed["withheld"].get(name)) for name in waiting)
     done = in_pieces(_one, calls, cfg.jobs, cfg.backend, ordered=False, threads=True)
     for _ in tracked(done, len(waiting), "score"):
         pass

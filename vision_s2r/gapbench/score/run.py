@@ -1,4 +1,4 @@
-"""Score a sealed benchmark: diagnose, open the answers, score."""
+"""Score a benchmark: diagnose, open the answers, score."""
 
 import sys
 from collections import Counter
@@ -23,41 +23,41 @@ def score_all(cfg: GapbenchConfig) -> Path:
     """
     out = Path(cfg.out)
     names = run(cfg)
-    sealed = read_json(out / "commitments.json")
-    answers = _opened(out, sealed["commitments"])
-    scores = [_scored(out, name, sealed["kind"], answers[name]) for name in names]
-    rows = totals(sealed["kind"], scores)
-    about = {key: sealed[key] for key in ("format", "kind", "set", "seed", "counts")}
+    committed = read_json(out / "commitments.json")
+    answers = _opened(out, committed["commitments"])
+    scores = [_scored(out, name, committed["kind"], answers[name]) for name in names]
+    rows = totals(committed["kind"], scores)
+    about = {key: committed[key] for key in ("format", "kind", "set", "seed", "counts")}
     results = {
         **about,
         "totals": [asdict(row) for row in rows],
         "recordings": [asdict(each) for each in scores],
     }
     write_json(out / "results.json", results)
-    title = f"gapbench, {sealed['kind']}, {sealed['set']} set, seed {sealed['seed']}: {len(scores)} recordings"
+    title = f"gapbench, {committed['kind']}, {committed['set']} set, seed {committed['seed']}: {len(scores)} recordings"
     text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
     write(out / "table.md", text)
-    write_json(out / "table.json", {"command": _command(sealed, cfg.limit), **published(rows)})
+    write_json(out / "table.json", {"command": _command(committed, cfg.limit), **published(rows)})
     pictures.save(pictures.confusion(scores), out / "confusion.png")
     pictures.save(pictures.estimates(scores), out / "estimates.png")
     print(text, file=sys.stderr)
     return out
 
 
-def _command(sealed: dict[str, Any], limit: int) -> str:
-    counts = " ".join(f"counts.{case}={count}" for case, count in sealed["counts"].items())
-    some = f" limit={limit}" if limit else ""
-    return f"vision-s2r gapbench kind={sealed['kind']} set={sealed['set']} seed={sealed['seed']} {counts}{some}"
+def _command(committed: dict[str, Any], limit: int) -> str:
+    counts = " ".join(f"counts.{case}={count}" for case, count in committed["counts"].items())
+    about = " ".join(f"{key}={committed[key]}" for key in ("kind", "set", "seed"))
+    return f"vision-s2r gapbench {about} {counts}" + (f" limit={limit}" if limit else "")
 
 
 def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
-    """The sealed answers. Raises UserError unless each is what was committed to."""
-    sealed = read_json(out / "answers.json")
+    """The withheld answers. Raises UserError unless each is what was committed to."""
+    answers = read_json(out / "answers.json")
     for name, promised in commitments.items():
-        entry = sealed.get(name)
+        entry = answers.get(name)
         if entry is None or commitment(entry["salt"], entry["answer"]) != promised:
             raise UserError(f"{out / 'answers.json'}: the answer to {name} is not the one that was committed to")
-    return {name: entry["answer"] for name, entry in sealed.items()}
+    return {name: entry["answer"] for name, entry in answers.items()}
 
 
 def _scored(out: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:

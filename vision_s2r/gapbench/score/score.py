@@ -11,7 +11,6 @@ DYNAMICS = {
 }
 APPEARANCE = {"albedo", "texture", "light_direction", "ambient"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
-SILENT_VERDICTS = {"no_gap", "explained"}
 NAMED_CASES = ("dynamics", "single", "pair", "triple", "all_nominal", "known_unknown", "unpaired")
 TURNS = {  # period of `angle` (deg) or `azimuth` (rad)
     **{"motion_blur": 180.0, "uneven_illumination": 360.0, "cast_shadow": 360.0},
@@ -67,8 +66,7 @@ class Score:
 def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float) -> Score:
     """Score a report; None: the diagnosis failed, and everything that the case defines is wrong."""
     case = answer["case"]
-    silent: dict[str, Any] = {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
-    said = report or silent
+    said = report or {"verdict": "failed", "effects": [], "candidates": [], "where": [], "gap": {"shrink": 0.0}}
     named = {label(effect) for effect in said["effects"]}
     required, optional = set(answer["effects"]), set(answer["optional"])
     equivalents = [set(names) for names in answer["equivalents"]]
