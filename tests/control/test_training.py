@@ -1,10 +1,12 @@
 """Policies: that they learn, that nothing of a training is lost, and what is said of files that do not fit."""
 
+import random
 import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from safetensors.torch import load_file
 
 from vision_s2r.cli import compose
@@ -76,7 +78,9 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(tmp_path, monkey
     def machines():
         return DrawnMachines(BOX) if kind == "drawn" else adr_ranges(cfg, 0)
 
+    before = random.getstate(), torch.get_rng_state().tolist()
     whole = train(SHORT, NOMINAL, machines(), 2, how, tmp_path / "whole", 0)
+    assert (random.getstate(), torch.get_rng_state().tolist()) == before  # a call leaves no global changed
     left, step = (
         iter([1] * (170 if kind == "drawn" else 700)),
         SpeedTracking.step,

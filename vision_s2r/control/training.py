@@ -1,7 +1,13 @@
 """Training a policy; goes on where it was interrupted, with the same result."""
 
+import random
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
+
+import numpy as np
+import torch
 
 from vision_s2r import files
 from vision_s2r.control import gradient, policy, ppo
@@ -45,9 +51,22 @@ def train(
     if released.exists():
         return released
     environment = SpeedTracking(task, nominal, machines, training.envs, history, seed)
-    if isinstance(training, GradientTrainingConfig):
-        network = gradient.learn(environment, training, out, seed)
-    else:
-        network = ppo.learn(environment, training, out, seed)
+    with _generators_kept():
+        if isinstance(training, GradientTrainingConfig):
+            network = gradient.learn(environment, training, out, seed)
+        else:
+            network = ppo.learn(environment, training, out, seed)
     policy.save(released, network, task, {"steps": training.steps, "seed": seed})
     return released
+
+
+@contextmanager
+def _generators_kept() -> Iterator[None]:
+    """Leaves the process's own generators, which Stable-Baselines3 seeds and weights are drawn from, as they were."""
+    python, numpy = random.getstate(), np.random.get_state()  # noqa: NPY002
+    try:
+        with torch.random.fork_rng(devices=[]):
+            yield
+    finally:
+        random.setstate(python)
+        np.random.set_state(numpy)  # noqa: NPY002
