@@ -9,7 +9,7 @@ from recordings import a_joint
 import vision_s2r
 from vision_s2r.recording import write
 
-HEAVY = {"torch", "numba", "scipy", "numpy", "hydra", "matplotlib", "pybullet", "cv2"}
+HEAVY = {"torch", "lightning_fabric", "numba", "scipy", "numpy", "hydra", "matplotlib", "pybullet", "cv2"}
 
 
 def imported_by(code: str) -> set[str]:
@@ -33,6 +33,11 @@ report = vision_s2r.diagnose(vision_s2r.read({str(tmp_path / "log")!r}), cfg)
 assert callable(vision_s2r.identify) and report.save({str(tmp_path / "report")!r}).exists()
 """
     assert not imported_by(code) & {"torch", "pybullet"}
+
+
+def test_networks_are_used_without_what_trains_them():
+    code = "import vision_s2r; vision_s2r.Translator, vision_s2r.GraspPolicy"
+    assert "lightning_fabric" not in imported_by(code)
 
 
 @pytest.mark.parametrize("name", sorted(vision_s2r.__all__))

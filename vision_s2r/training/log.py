@@ -8,7 +8,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from lightning_fabric.loggers import TensorBoardLogger
 from PIL import Image
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
@@ -77,7 +76,7 @@ class RunLog:
 
     def _show(self, name: str, picture: Tensor, path: Path, step: int) -> None:
         assert self._logger
-        if isinstance(self._logger, TensorBoardLogger):
+        if hasattr(self._logger.experiment, "add_image"):  # TensorBoard's
             self._logger.experiment.add_image(name, picture, step)
             self._logger.experiment.flush()
         elif hasattr(self._logger, "log_image"):
@@ -87,6 +86,8 @@ class RunLog:
 
 
 def _tensorboard(out: Path, step: int) -> Any:
+    from lightning_fabric.loggers import TensorBoardLogger  # seconds
+
     # On resume, what a killed run logged after its last state is hidden.
     return TensorBoardLogger(out, name=LOGS, version="", purge_step=step)
 

@@ -16,10 +16,9 @@ from dataclasses import asdict
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import torch
-from lightning_fabric import Fabric
 from torch import Tensor
 
 from vision_s2r.errors import UserError, nearest
@@ -30,6 +29,9 @@ from vision_s2r.training.data import STEP, VALIDATION, Draw, ViewSource, generat
 from vision_s2r.training.interrupt import Interrupt
 from vision_s2r.training.log import RunLog
 from vision_s2r.training.method import Batch, Method
+
+if TYPE_CHECKING:
+    from lightning_fabric import Fabric
 
 log = logging.getLogger(__name__)
 
@@ -63,6 +65,8 @@ def train(
     Raises UserError where a configuration value is out of range or another than that of the run in `out`, the
     metric is unknown, a loss is no longer finite, or a file cannot be written.
     """
+    from lightning_fabric import Fabric  # seconds, which whoever only uses networks does not wait for
+
     check(cfg)
     if not len(views) or not len(validation):
         raise UserError("training: there are no views: expected at least one scene to train and one to validate on")
@@ -78,7 +82,7 @@ def train(
 
 
 def _run(
-    fabric: Fabric,
+    fabric: "Fabric",
     build: Callable[[], Method],
     views: ViewSource,
     validation: ViewSource,
@@ -118,7 +122,7 @@ def learning_rate(progress: float, warmup: float) -> float:
 class _Step:
     """`training.method.Step`."""
 
-    def __init__(self, fabric: Fabric, method: Method, clip: float, index: int, progress: float, seed: int):
+    def __init__(self, fabric: "Fabric", method: Method, clip: float, index: int, progress: float, seed: int):
         self.index = index
         self.progress = progress
         self.generator = generator(STEP, seed, index, fabric.global_rank)
@@ -142,7 +146,7 @@ class _Run:
 
     def __init__(
         self,
-        fabric: Fabric,
+        fabric: "Fabric",
         method: Method,
         views: ViewSource,
         validation: ViewSource,
