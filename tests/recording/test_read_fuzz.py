@@ -17,6 +17,9 @@ FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(Heal
 
 FEW = settings(FUZZ, max_examples=60)
 
+JOINT_KEYS = ("kind", "sample_time", "units", "nominal", "  inertia")
+CAMERA_KEYS = ("kind", "pairing", "camera", "  fx", "  width")
+
 _CELLS = st.one_of(
     st.sampled_from(
         ["", "nan", "inf", "-1e400", "1e308", "0x1", "1_0", '"1"', "1;2", "\0", "é", "0", "0.01", "-0.0", "#"]
@@ -29,7 +32,7 @@ _SCALARS = st.one_of(st.none(), st.booleans(), st.integers(), st.floats(), st.te
 _YAMLISH = st.one_of(
     st.text(max_size=80),
     st.sampled_from(
-        ["[" * 5000, "{" * 3000, "&a [*a]", "!!python/object:os.system x", "? [a]\n: b", "a: *b", "2001-99-99"]
+        ["[" * 1200, "{" * 1200, "&a [*a]", "!!python/object:os.system x", "? [a]\n: b", "a: *b", "2001-99-99"]
     ),
     _SCALARS,
 )
@@ -89,16 +92,16 @@ def test_any_bytes_for_a_header(content):
 
 @FUZZ
 @given(
-    st.sampled_from(["kind", "sample_time", "units", "nominal", "  inertia", "pairing", "camera", "  fx", "  width"]),
+    st.sampled_from([(True, key) for key in JOINT_KEYS] + [(False, key) for key in CAMERA_KEYS]),
     _YAMLISH,
 )
-def test_any_value_of_a_key(key, value):
-    for joint in (True, False):
-        with tempfile.TemporaryDirectory() as folder:
-            path = write(a_joint(samples=12) if joint else a_camera(frames=2), folder) / "recording.yaml"
-            rows = [row if row.split(":")[0] != key else f"{key}: {value}" for row in path.read_text().splitlines()]
-            path.write_bytes("\n".join(rows).encode("utf-8", "surrogatepass"))
-            outcome(Path(folder))
+def test_any_value_of_a_key(which, value):
+    joint, key = which
+    with tempfile.TemporaryDirectory() as folder:
+        path = write(a_joint(samples=12) if joint else a_camera(frames=2), folder) / "recording.yaml"
+        rows = [row if row.split(":")[0] != key else f"{key}: {value}" for row in path.read_text().splitlines()]
+        path.write_bytes("\n".join(rows).encode("utf-8", "surrogatepass"))
+        outcome(Path(folder))
 
 
 @FUZZ
