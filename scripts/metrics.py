@@ -1,4 +1,4 @@
-"""What translations do to content, and which metric foretells success: `tables='[DIR, …]' out=DIR`."""
+"""What translations do to pictures, and which metric foretells success: `tables='[DIR, …]' out=DIR`."""
 
 from vision_s2r.commands.main import main
 

@@ -88,7 +88,7 @@ def test_every_translator_is_measured_in_every_column(table, scenes, tmp_path):
     assert len(records) == (len(columns) + 1) * 3 * (1 + len(report.metrics))
     written = json.loads((tmp_path / "metrics.json").read_text())
     assert {each["metric"] for each in written["correlations"]} == set(report.metrics)
-    assert all((tmp_path / name).stat().st_size > 5000 for name in ("metrics.png", "content.png"))
+    assert all((tmp_path / name).stat().st_size > 5000 for name in ("metrics.png", "objects.png"))
 
 
 def test_what_is_measured_stays_and_what_is_damaged_is_measured_again(table, tmp_path):

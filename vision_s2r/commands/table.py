@@ -146,7 +146,7 @@ _ALL = (
     Command(
         "metrics",
         VISUAL,
-        "What translations do to content, and which metric foretells success",
+        "What translations do to pictures, and which metric foretells success",
         "vision_s2r.metrics:metrics",
         schema="vision_s2r.metrics:MetricsConfig",
         config="metrics",

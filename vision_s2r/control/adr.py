@@ -1,4 +1,4 @@
-"""The experiment: ranges that widen by themselves against hand-picked ones (OpenAI et al. 2019, section 5)."""
+"""The experiment: automatic domain randomization against hand-picked ranges (OpenAI et al. 2019, section 5)."""
 
 import json
 from collections.abc import Mapping, Sequence

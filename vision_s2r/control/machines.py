@@ -105,7 +105,7 @@ class DrawnMachines(Given):
 
 
 class AdrRanges:
-    """Machines from ranges that widen by themselves.
+    """Machines of automatic domain randomization.
 
     `evaluate(policy, machines, seed)` says how many targets a policy reaches on each of the machines [N]; after every
     `every` updates, up to the `last`, it is asked about `count` draws, half of them at a boundary. `history` has a line

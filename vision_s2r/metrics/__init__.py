@@ -1,4 +1,4 @@
-"""What translations do to content, and which metric of a picture foretells grasp success.
+"""What translations do to pictures, and which metric of a picture foretells grasp success.
 
 In: finished folders of `vision-s2r evaluate`. Out: metrics.csv, metrics.json and two figures: how near each row's
 translations are to the true canonical pictures, how often they drop, invent, move or recolour an object, how much they

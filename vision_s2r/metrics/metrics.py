@@ -22,7 +22,7 @@ from vision_s2r.progress import tracked
 
 
 def metrics(cfg: MetricsConfig, loaders: Loaders | None = None) -> Report:
-    """Measure what is not yet measured; write metrics.csv, metrics.json, metrics.png, content.png into `cfg.out`.
+    """Measure what is not yet measured; write metrics.csv, metrics.json, metrics.png, objects.png into `cfg.out`.
 
     Raises UserError for folders that are no finished evaluations, ones whose scenes or checkpoints are no longer what
     they were, and where no row has a translator.
@@ -36,11 +36,11 @@ def metrics(cfg: MetricsConfig, loaders: Loaders | None = None) -> Report:
     report = Report.of(list(tracked(found, total, "translations")), cfg.seed)
     report.write(out)
     pictures.scatter(report, out / "metrics.png")
-    pictures.content(report, out / "content.png")
+    pictures.objects(report, out / "objects.png")
     for table in report.tables():
         Console().print(table)
     Console().print(report.verdict())
-    Console(stderr=True).print(f"{out / 'metrics.png'} and {out / 'content.png'} show what it looks like")
+    Console(stderr=True).print(f"{out / 'metrics.png'} and {out / 'objects.png'} show what it looks like")
     return report
 
 

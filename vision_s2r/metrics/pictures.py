@@ -52,7 +52,7 @@ def scatter(report: Report, path: Path) -> Path:
     return write_figure(path, figure, DPI)
 
 
-def content(report: Report, path: Path) -> Path:
+def objects(report: Report, path: Path) -> Path:
     """How often each row drops, invents, moves and recolours, over all columns, with intervals."""
     figure = Figure(figsize=(8, 3.4), layout="constrained")
     axes = figure.subplots()
