@@ -10,6 +10,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, read
 
 DATA = Path(__file__).resolve().parent / "data"
+REAL = DATA / "real"  # a little of what real machines logged
 EXAMPLES = DATA / "examples"  # recordings made by another engine and other image code, with answer.json
 # Measurements of a real axis, which are not ours to give away: `make emps` fetches them.
 EMPS = next(
