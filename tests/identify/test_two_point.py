@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import cv2
 import pytest
@@ -22,6 +23,8 @@ from vision_s2r.identify.two_point import (
     short,
 )
 from vision_s2r.randomize.coverage import covered
+
+PUBLISHED = Path(__file__).resolve().parents[2] / "docs" / "results" / "data" / "two_point.json"
 
 
 def test_two_steady_states_give_damping_and_friction():
@@ -60,7 +63,8 @@ def test_the_command_prints_the_numbers_and_draws_them(tmp_path, capsys):
     printed = capsys.readouterr().out
     for number in ("37.3 %", "17.3 %", "1.04 A", "1.34 A", "3.13 rad/s", "4.13 rad/s", "0.1500", "0.0500"):
         assert number in printed
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["log-0", "two_point.png"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["log-0", "two_point.json", "two_point.png"]
+    assert (tmp_path / "two_point.json").read_text() == PUBLISHED.read_text()
     (written,) = identify_all(IdentifyConfig(recording=str(tmp_path / "log-0"), out=str(tmp_path / "again")))
     effects = {each["name"]: each["parameters"]["value"] for each in json.loads(written.read_text())["effects"]}
     low, high = effects["viscous_damping"]["ci"]

@@ -3,8 +3,10 @@
 At constant speed J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) leaves K·u = b·ω + τ_f: a line that two points give.
 """
 
+import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import rich.box
@@ -82,7 +84,7 @@ def log(seed: int) -> JointRecording:
 def run(out: Path, seed: int) -> Path:
     """Print the example from the formula and from a simulated log, and draw it; returns the picture's path.
 
-    The log lands beside it as a recording, to be identified like any other.
+    The table lands beside it as data, two_point.json, and the log as a recording, to be identified like any other.
     """
     exact = replace(SIMULATOR, **dict(zip(IDENTIFIED, from_steady_states(0.5, CURRENTS, SPEEDS), strict=True)))
     recording = log(seed)
@@ -97,10 +99,12 @@ def run(out: Path, seed: int) -> Path:
         "two steady states": exact,
         "a simulated log": logged,
     }
+    intervals = {"a simulated log": [found.estimate.intervals[name]["value"] for name in IDENTIFIED]}
+    content = _content(models, intervals)
+    write(out / "two_point.json", json.dumps(content, indent=1, ensure_ascii=False) + "\n")
     console = Console(highlight=False)
-    console.print(_table(models))
-    for name in IDENTIFIED:
-        low, high = found.estimate.intervals[name]["value"]
+    console.print(_table(content))
+    for name, (low, high) in zip(IDENTIFIED, intervals["a simulated log"], strict=True):
         console.print(f"{name.replace('_', ' ')} from the log, 95 %: {low:.4f} to {high:.4f}")
     share = covered(DRAWN, REAL)
     console.print(
@@ -112,13 +116,25 @@ def run(out: Path, seed: int) -> Path:
     return write(out / "two_point.png", picture)
 
 
-def _table(models: dict[str, NominalJoint]) -> Table:
-    table = Table(box=rich.box.SIMPLE, show_edge=False, pad_edge=False)
-    for name in ("model", "b\nN·m·s/rad", "τ_f\nN·m", f"command for\n{TARGET:g} rad/s", "reached", "short"):
-        table.add_column(name, no_wrap=True)
+def _content(models: dict[str, NominalJoint], intervals: dict[str, list[tuple[float, float]]]) -> dict[str, Any]:
+    """What each model says, and what comes of its command, as the documentation's tables are."""
+    rows = []
     for name, joint in models.items():
         current = open_loop(joint, TARGET)
         speed = reached(REALITY, current)
-        row = f"{joint.viscous_damping:.4f}", f"{joint.coulomb_friction:.4f}", f"{current:.2f} A", f"{speed:.2f} rad/s"
-        table.add_row(name, *row, f"{100 * short(speed):.1f} %".replace("-0.0", "0.0"))
+        known = [f"{value:.4f}" for value in (joint.viscous_damping, joint.coulomb_friction)]
+        ends = [f" ({low:.4f}–{high:.4f})" for low, high in intervals.get(name, [])] or ["", ""]
+        row = (f"{current:.2f} A", f"{speed:.2f} rad/s", f"{100 * short(speed):.1f} %".replace("-0.0", "0.0"))
+        rows.append([name, *map(str.__add__, known, ends), *row])
+    columns = ["model from", "b, N·m·s/rad", "τ_f, N·m", f"command for {TARGET:g} rad/s", "reached", "short"]
+    return {"command": "vision-s2r identify example=two_point", "columns": columns, "rows": rows}
+
+
+def _table(content: dict[str, Any]) -> Table:
+    """The same for a terminal, without the intervals."""
+    table = Table(box=rich.box.SIMPLE, show_edge=False, pad_edge=False)
+    for name in content["columns"]:
+        table.add_column(name.replace(", ", "\n").replace(" for ", " for\n"), no_wrap=True)
+    for row in content["rows"]:
+        table.add_row(*(cell.partition(" (")[0] for cell in row))
     return table
