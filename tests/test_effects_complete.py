@@ -10,7 +10,7 @@ from vision_s2r.appearance import APPEARANCE_EFFECTS, PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.contact import CONTACT_EFFECTS
 from vision_s2r.fit.camera.coordinates import starts
-from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, NEEDS, Chart, Optics, UnpairedFit
 from vision_s2r.fit.camera.prediction import BEHIND
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.space import JointSpace
@@ -96,7 +96,7 @@ def _missing_of_camera() -> Iterator[str]:
             yield f"{name} has no CameraFit: register one in fit/camera/effects/{name}.py"
             continue
         fit = CAMERA_FITS[name]
-        if (fit.stage in ("scene", "grain")) != (name in APPEARANCE_EFFECTS):
+        if (fit.stage in ("scene", *APART)) != (name in APPEARANCE_EFFECTS):
             yield f"{name}: stage {fit.stage}, but it acts {'on the scene' if name in APPEARANCE_EFFECTS else 'later'}"
         if (fit.stage in ("tone", "noise", "encoder")) != (name in BEHIND):
             yield f"{name}: stage {fit.stage}, which fit/camera/noise.py does not know"

@@ -22,8 +22,10 @@ from vision_s2r.gapbench.generate.appearance_scenes import (
     BALL,
     BOX,
     TABLE,
+    THING,
     Bullet,
     Look,
+    Solid,
     cast,
     grain,
     pinhole,
@@ -38,15 +40,19 @@ FRAMES, SIZE, FOCAL = 5, 64, 70.0
 TOWARDS = np.array([0.48, -0.36, 0.8])
 
 
-def scenes(look: Look, real: Look, seed: int = 0) -> CameraRecording:
-    """Tables with solids, as rendered and as they are: half a grey level of noise, rounded, depth in whole mm."""
+def scenes(look: Look, real: Look, seed: int = 0, more: tuple[Solid, ...] = ()) -> CameraRecording:
+    """Tables with solids, as rendered and as they are: half a grey level of noise, rounded, depth in whole mm.
+
+    `more`: what stands in every real scene, and in no rendered one.
+    """
     rng = np.random.default_rng(seed)
     camera = pinhole(SIZE, FOCAL, rng)
     parts = []
     for _ in range(FRAMES):
         things = solids(rng)
         labels, depth, _ = cast(camera, things)
-        pair = [to_coded(torch.from_numpy(shaded(camera, things, each, rng))).numpy() for each in (look, real)]
+        both = (things, look), ([*things, *more], real)
+        pair = [to_coded(torch.from_numpy(shaded(camera, *each, rng))).numpy() for each in both]
         noisy = np.clip(pair[1] + rng.normal(0, 0.5 / 255, pair[1].shape), 0, 1)
         parts.append((*(np.round(each * 255).astype(np.uint8) for each in (noisy, pair[0])), labels, depth))
     real_pictures, sim, labels, depth = (np.stack(each) for each in zip(*parts, strict=True))
@@ -85,6 +91,31 @@ def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
     write(bare, tmp_path / "bare")
     with pytest.raises(UserError, match="no labels"):
         replay_all(ReplayConfig(str(tmp_path / "bare"), str(tmp_path / "report" / "report.json"), str(tmp_path / "no")))
+
+
+def test_what_was_not_rendered_is_found_beside_a_darker_picture_and_replays(tmp_path) -> None:
+    thing = Solid(THING, np.array([0.02, 0.09, 0.04]), np.full(3, 0.04), 0.3)
+    red = replace(
+        plain(), colours={label: 0.8 * each for label, each in plain().colours.items()} | {THING: [0.6, 0, 0]}
+    )
+    recording = scenes(plain(), red, more=(thing,))
+    at = (cast(pinhole(SIZE, FOCAL, np.random.default_rng(0)), [thing])[0] == THING).nonzero()
+    found = diagnose(recording)
+    effects = {each.name: each for each in found.effects}
+    assert effects.keys() == {"missing_object", "exposure"} and effects["missing_object"].source == "appearance"
+    values = {key: each.value for key, each in effects["missing_object"].parameters.items()}
+    ends = [values["y"], values["y"] + values["height"], values["x"], values["x"] + values["width"]]
+    assert ends == pytest.approx([at[0].min(), at[0].max() + 1, at[1].min(), at[1].max() + 1], abs=2)
+    assert effects["exposure"].parameters["stops"].value == pytest.approx(np.log2(0.8), abs=0.02)
+    assert "show something that was not rendered" in found.summary()
+    assert found.gap.after < 1.3 * found.gap.floor
+    found.save(tmp_path / "report")
+    write(recording, tmp_path / "recording")
+    (path,) = replay_all(
+        ReplayConfig(str(tmp_path / "recording"), str(tmp_path / "report" / "report.json"), str(tmp_path / "replay"))
+    )
+    gap = json.loads(path.read_text())["gap"]
+    assert gap["after"] < 0.2 * gap["before"]
 
 
 def test_depth_tells_normals_and_pictures_the_light() -> None:

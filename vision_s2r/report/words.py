@@ -87,6 +87,9 @@ def _light(effect: Mapping[str, Any]) -> str:
         return f"the light comes from another direction ({', '.join(turns)})"
     if effect["name"] == "ambient":
         return f"{percent(given['share'])} of the light has no direction"
+    if effect["name"] == "missing_object":
+        x, y, width, height = (number(given[key]) for key in ("x", "y", "width", "height"))
+        return f"{width} × {height} px from x {x}, y {y} on show something that was not rendered"
     return parameters(effect)
 
 

@@ -12,7 +12,7 @@ from torch import Tensor
 
 from vision_s2r.appearance import APPEARANCE_EFFECTS
 from vision_s2r.fit.camera.coordinates import neutral, starts
-from vision_s2r.fit.camera.effect import CAMERA_FITS, at_stage
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage
 from vision_s2r.fit.camera.elimination import without_idle
 from vision_s2r.fit.camera.fitting import Target, gauss_newton
 from vision_s2r.fit.camera.prediction import Pictures, without_encoder
@@ -87,4 +87,4 @@ def mixed(pictures: Pictures, values: Values, segments: Sequence[int]) -> Tensor
 
 def camera_only(names: Sequence[str]) -> list[str]:
     """Those of `names` that are the camera's."""
-    return [name for name in names if CAMERA_FITS[name].stage not in ("scene", "grain")]
+    return [name for name in names if CAMERA_FITS[name].stage not in ("scene", *APART)]

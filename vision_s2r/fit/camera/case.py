@@ -15,8 +15,9 @@ from torch import Tensor
 from vision_s2r.appearance import label_of
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
-from vision_s2r.fit.camera.coordinates import bounded, starts
-from vision_s2r.fit.camera.effect import CAMERA_FITS, at_stage, charted, of_stage
+from vision_s2r.fit.camera.area import area_of, inside_of
+from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
     Target,
     best_start,
@@ -42,6 +43,7 @@ _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at mo
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
 _SHOWING = 500  # samples of a brightness, that tell how noisy it is
 _GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
+_EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like what is behind
 _STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
 _REMEMBERED = 12  # hypotheses whose scores are kept
@@ -83,11 +85,11 @@ class CameraCase:
         self.unsteady = "" if self.study.pictures.light == STEADY else UNSTEADY
         self.not_excited: Mapping[str, str] = self.study.not_excited
         self.allowance = self.study.yardstick.allowance
-        self._target = Target(
-            self.study.pictures,
-            fitted_variance(self.study.pictures, self.study.yardstick.variance),
-            self.study.yardstick.counted,
-        )
+        pictures, yardstick = study.pictures, study.yardstick
+        counted = yardstick.counted
+        if study.area is not None:
+            counted = counted & ~inside_of(study.area, counted.shape[-2:])
+        self._target = Target(pictures, fitted_variance(pictures, yardstick.variance), counted)
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
         self._spreads: dict[tuple[object, ...], Spread] = {}
@@ -115,13 +117,13 @@ class CameraCase:
     @torch.inference_mode()
     def _fit(self, names: Names, segments: tuple[int, ...], start: Hypothesis | None) -> Hypothesis:
         plain = frozenset(names & self.library.keys())
-        grainy = at_stage(sorted(plain), "grain")
-        plain -= frozenset(grainy)
+        apart = at_stage(sorted(plain), *APART)
+        plain -= frozenset(apart)
         unknown = sorted(names & self.discrepancies.keys())
         # An unknown is fitted to what the effects leave, which are the same whatever stands beside them.
-        beside = unknown or grainy
+        beside = unknown or apart
         values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
-        values = dict(values) | self._fit_grain(values, grainy, segments)
+        values = dict(values) | self._fit_apart(values, apart, segments)
         return Hypothesis(values, self._fit_discrepancies(values, unknown, list(segments)))
 
     def _fit_effects(
@@ -143,20 +145,41 @@ class CameraCase:
             found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, segments)}
         return {name: dict(found[name]) for name in effects}
 
-    def _fit_grain(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
-        """The grain of labels in what effects leave of them; of no strength where it is none."""
+    def _fit_apart(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
+        """The grain of labels, and the area of a missing object, in what effects leave; of no size if there is none."""
         found: dict[str, dict[str, float]] = {}
         surfaces = self.study.pictures.surfaces
         if not names or surfaces is None:
             return found
         mean, _, _ = self._predicted(values, list(segments), lit=True)
         residual = self.study.pictures.real[list(segments)] - self._encoded(mean, values)
-        counted = self.study.yardstick.counted[list(segments)]
         for name in names:
-            region = surfaces.of(segments).region(label_of(name) or 0)
+            if CAMERA_FITS[name].stage == "area":
+                found[name] = self._fit_area(name, residual, segments)
+                continue
+            region, counted = surfaces.of(segments).region(label_of(name) or 0), self._target.counted[list(segments)]
             grain = grain_of(residual, mean, region, counted, self.study.pictures.encoding)
             found[name] = {"amplitude": 0.0, "scale": 6.0} if grain is None else bounded(name, asdict(grain))
         return found
+
+    def _fit_area(self, name: str, residual: Tensor, segments: Sequence[int]) -> dict[str, float]:
+        yardstick, surfaces = self.study.yardstick, self.study.pictures.surfaces
+        chosen = list(segments)
+        squared = (residual.square() / yardstick.variance[chosen]).mean(1)
+        assert surfaces is not None
+        area = area_of(squared, yardstick.counted[chosen], surfaces.shares[chosen])
+        if area is None:
+            return neutral(name, self.study.pictures.optics)
+        return at_scale(name, area, 1 / self.study.pictures.scale)
+
+    def _unpredicted(self, values: Values) -> Tensor | None:
+        """Where [H, W] (bool) nothing is predicted, as something else is there."""
+        areas = at_stage(values, "area")
+        if not areas:
+            return None
+        pictures = self.study.pictures
+        inside = [inside_of(values[name], pictures.sim.shape[-2:], pictures.scale) for name in areas]
+        return torch.stack(inside).any(0)
 
     def _varied(self, values: Values, segment: int) -> list[Varied]:
         """What the grain of each label makes of a frame."""
@@ -260,8 +283,7 @@ class CameraCase:
             scores: list[FrameScore] = []
             for segment in segments:  # a frame at a time stays in the cache
                 residual, noise, outliers = self.residual(hypothesis, [segment], lit)
-                varied = self._varied(hypothesis.values, segment)
-                scores += self._score(residual, noise, segment, outliers, bool(hypothesis.extra), varied)
+                scores += self._score(residual, noise, segment, outliers, hypothesis)
             with self._lock:
                 if len(self._scores) >= _REMEMBERED:
                     self._scores.pop(next(iter(self._scores)))
@@ -275,16 +297,20 @@ class CameraCase:
         noise: Tensor,
         segment: int,
         outliers: float,
-        flexible: bool,
-        varied: Sequence[Varied],
+        hypothesis: Hypothesis,
     ) -> list[FrameScore]:
         """A frame's score, about what the renderer's rounding leaves; the gap is that of its pictures as they are."""
         yardstick = self.study.yardstick
+        unpredicted, varied = self._unpredicted(hypothesis.values), self._varied(hypothesis.values, segment)
+        beside = outliers, bool(hypothesis.extra), varied, unpredicted
+        whole = score(yardstick, residual, noise, [segment], *beside)
         if not self._rendered:
-            return score(yardstick, residual, noise, [segment], outliers, flexible, varied)
-        whole = score(yardstick, residual, noise, [segment], outliers, flexible, varied)
-        left = unrounded(residual, self._rendered[segment], yardstick.counted[[segment]])
-        without = score(yardstick, left, noise, [segment], outliers, flexible, varied)
+            return whole
+        counted = yardstick.counted[[segment]]
+        if unpredicted is not None:
+            counted = counted & ~unpredicted
+        left = unrounded(residual, self._rendered[segment], counted)
+        without = score(yardstick, left, noise, [segment], *beside)
         return [replace(a, error=b.error) for a, b in zip(without, whole, strict=True)]
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -316,9 +342,13 @@ class CameraCase:
         fine = mismatch(yardstick, noise, segments) / shrunk + yardstick.measured * (1 / shrunk - 1)
         every = round(1 / self.study.pictures.scale)
         labels = self.recording.labels
+        error, floor = residual.square() + fine, yardstick.floor / shrunk
+        unpredicted = self._unpredicted(hypothesis.values)
+        if unpredicted is not None:
+            error, residual = torch.where(unpredicted, floor, error), residual.masked_fill(unpredicted, 0.0)
         return axes.samples(
-            (residual.square() + fine) * 255**2,
-            yardstick.floor / shrunk * 255**2,
+            error * 255**2,
+            floor * 255**2,
             residual * 255,
             self.study.pictures.real,
             yardstick.counted,
@@ -364,16 +394,16 @@ class CameraCase:
                 gains[name] = self._noise_gain(hypothesis, name)
             elif name == "jpeg_compression":
                 gains[name] = 0.0
-            elif CAMERA_FITS[name].stage == "grain":
-                gains[name] = self._grain_gain(hypothesis, name, few)
+            elif CAMERA_FITS[name].stage in APART:
+                gains[name] = self._gain_apart(hypothesis, name, few)
             else:
                 best = max(gain(name, setting) for setting in self._settings(name))
                 gains[name] = best * pixels / self.study.yardstick.temper
         return gains
 
-    def _grain_gain(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
-        values = dict(hypothesis.values) | self._fit_grain(hypothesis.values, [name], few)
-        if not values[name]["amplitude"]:
+    def _gain_apart(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
+        values = dict(hypothesis.values) | self._fit_apart(hypothesis.values, [name], few)
+        if self.library[name].is_neutral(values[name]):
             return 0.0
         both = [
             sum(float(each.loglik.sum()) for each in self._scored(of, few)) for of in (Hypothesis(values), hypothesis)
@@ -424,8 +454,8 @@ class CameraCase:
         values = hypothesis.values
         if name in self.certain:
             return False
-        if CAMERA_FITS[name].stage == "grain":
-            return values[name]["amplitude"] == 0.0
+        if CAMERA_FITS[name].stage in APART:
+            return bool(self.library[name].is_neutral(values[name]))
         if excitation.faint(name, values, self.study.pictures.scale):
             return True
         without = {each: value for each, value in values.items() if each != name}
@@ -475,19 +505,22 @@ class CameraCase:
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter, from how frames differ."""
-        return self._spread(hypothesis).intervals | self._grain_intervals(hypothesis)
+        return self._spread(hypothesis).intervals | self._intervals_apart(hypothesis)
 
-    def _grain_intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def _intervals_apart(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """By leaving out groups of frames in turn (jackknife)."""
-        names, groups = at_stage(hypothesis.values, "grain"), min(4, self.segments)
+        names, groups = at_stage(hypothesis.values, *APART), min(4, self.segments)
         rest = [[k for k in range(self.segments) if k % groups != group] for group in range(groups)]
-        left = [self._fit_grain(hypothesis.values, names, some) for some in rest]
+        left = [self._fit_apart(hypothesis.values, names, some) for some in rest]
         found: dict[str, dict[str, tuple[float, float]]] = {}
         for name in names:
             for key, value in hypothesis.values[name].items():
                 each = np.array([one[name][key] for one in left])
                 deviation = np.sqrt((groups - 1) / groups * np.sum((each - each.mean()) ** 2))
-                half = max(stats.t.ppf(0.975, groups - 1) * float(deviation), _GRAIN * value)
+                least = _GRAIN * value
+                if CAMERA_FITS[name].stage == "area":
+                    least = _EDGE / self.study.pictures.scale + _blurred(hypothesis.values)
+                half = max(stats.t.ppf(0.975, groups - 1) * float(deviation), least)
                 found.setdefault(name, {})[key] = (value - half, value + half)
         return found
 
@@ -503,6 +536,12 @@ class CameraCase:
         from vision_s2r.fit.camera.experiment import advise
 
         return Experiment(advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited}))
+
+
+def _blurred(values: Values) -> float:
+    """How far (px) blurs take an edge."""
+    blurs = [(key, value) for name in at_stage(values, "blur") for key, value in values[name].items()]
+    return sum(value / 2 if key == "length" else value for key, value in blurs if key in ("radius", "length"))
 
 
 def _key(hypothesis: Hypothesis) -> tuple[object, ...]:

@@ -15,8 +15,8 @@ Point = list[float]  # one effect in the fit's coordinates
 
 # Where it acts. Light, blur and warp come before the sensor, in the camera's order; tone and noise are functions of a
 # pixel's light alone, which `noise.Tail` holds together; the encoder is JPEG. Surfaces and light of the scene come
-# before all of them; grain has no mean, only a spread.
-Stage = Literal["scene", "grain", "warp", "light", "blur", "tone", "noise", "encoder"]
+# before all of them; grain has no mean, only a spread, and of an area nothing is predicted.
+Stage = Literal["scene", "grain", "area", "warp", "light", "blur", "tone", "noise", "encoder"]
 
 
 @dataclass(frozen=True)
@@ -142,6 +142,9 @@ class CameraFit:
 
 
 CAMERA_FITS: Records[CameraFit] = Records("camera", "fitting")
+
+
+APART: tuple[Stage, ...] = ("grain", "area")  # stages that change no mean, fitted to what the others leave
 
 
 def of_stage(*stages: Stage) -> frozenset[str]:

@@ -13,6 +13,7 @@ from vision_s2r.appearance import through as through_scene
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
+from vision_s2r.fit.camera.area import inside_of
 from vision_s2r.fit.camera.effect import at_stage, of_stage
 from vision_s2r.fit.camera.prediction import coded, linear
 from vision_s2r.fit.camera.surfaces import Surfaces, surfaces_of
@@ -33,6 +34,7 @@ class Shown:
     mean: np.ndarray  # the same without noise and grain
     grain: np.ndarray | None  # what the grain of surfaces adds to it; None without any
     known: np.ndarray  # bool [H, W]: where the simulator's picture is meant, and the camera did not look beyond it
+    missing: np.ndarray | None = None  # bool [H, W]: where something else is said to be, and nothing is predicted
 
 
 def rendered(recording: CameraRecording, effects: Values) -> Surfaces | None:
@@ -59,6 +61,7 @@ def show(
     margin = ceil(MARGIN * max(height, width)) if effects.keys() & of_stage("warp") else 0
     scene = {name: given for name, given in effects.items() if is_appearance(name)}
     effects = {name: given for name, given in effects.items() if name not in scene}
+    areas = [inside_of(scene.pop(name), (height, width)).numpy() for name in at_stage(list(scene), "area")]
     flat = {name: given for name, given in scene.items() if name not in at_stage(scene, "grain")}
     bare, dressed = (_canvas(recording, frame, surfaces, some, margin, int(seeds[0])) for some in (flat, scene))
     intrinsics = None
@@ -77,7 +80,8 @@ def show(
         meant = torch.from_numpy(recording.mask[frame]).float()[None, None]
     meant = F.pad(meant, (margin,) * 4).expand(1, 3, -1, -1)
     known = through(meant, {name: given for name, given in effects.items() if name in of_stage("warp")})
-    return Shown(picture, mean, None if grainy is mean else grainy - mean, np.all(known > 0.999, axis=2))
+    missing = np.any(areas, axis=0) if areas else None
+    return Shown(picture, mean, None if grainy is mean else grainy - mean, np.all(known > 0.999, axis=2), missing)
 
 
 def _canvas(
@@ -96,17 +100,20 @@ def gap(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, float
 
     A draw of noise or grain never matches another: the mean is compared, and to its squared error comes the squared
     difference of the standard deviations of the real picture's noise and of the noise predicted, which is none before.
+    What is said to be missing is no error after it has been said.
     """
     real, known = recording.real[frame], shown.known
     if not known.any():
         known = np.ones_like(known)
     before, after = real - recording.sim[frame], real - shown.mean
-    noise = np.sqrt(noise_variance(after, known))
+    told = known if shown.missing is None else known & ~shown.missing
+    noise = np.sqrt(noise_variance(after, told))
     grain = np.zeros_like(after) if shown.grain is None else shown.grain
-    predicted = np.sqrt(np.mean((shown.picture - shown.mean - grain)[known] ** 2))
+    predicted = np.sqrt(np.mean((shown.picture - shown.mean - grain)[told] ** 2))
+    share = told.sum() / known.sum()
     return {
         "before": _level(np.mean(before[known] ** 2) + noise**2),
-        "after": _level(_unlike(after[known], grain[known]) + (noise - predicted) ** 2),
+        "after": _level(share * _unlike(after[told], grain[told]) + (noise - predicted) ** 2),
     }
 
 

@@ -19,7 +19,7 @@ from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAMERA_FITS)
 from vision_s2r.fit.camera.coordinates import at_scale
-from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics, of_stage
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, Optics, of_stage
 from vision_s2r.fit.camera.light import STEADY, FrameLight
 from vision_s2r.fit.camera.noise import DARKEST, POWER, Curve, Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
@@ -52,9 +52,9 @@ def front(names: Iterable[str]) -> list[str]:
         if name in BEHIND:
             continue
         stage = CAMERA_FITS[name].stage
-        if stage not in ("scene", "grain", "warp", "light", "blur"):
+        if stage not in ("scene", *APART, "warp", "light", "blur"):
             raise UserError(f"camera effect '{name}': stage is {stage}, expected warp, light or blur")
-        if stage != "grain":
+        if stage not in APART:
             found.append(name)
     return found
 

@@ -79,11 +79,12 @@ def score(
     outliers: float = 0.0,
     flexible: bool = False,
     varied: Sequence[Varied] = (),
+    unpredicted: Tensor | None = None,
 ) -> list[FrameScore]:
     """The frames `segments`, whose residuals [B, C, H, W] and predicted noise are given.
 
     A `flexible` prediction pays for what it makes up of a simulator's own tolerance. `varied` says how
-    labels with grain are predicted to vary.
+    labels with grain are predicted to vary. Where `unpredicted` [H, W] is true, every value is as likely as another.
     """
     counted = yardstick.counted[segments].float()
     tolerance = yardstick.tolerance[segments]
@@ -99,6 +100,10 @@ def score(
     if flexible:
         density = density - _PRICE / 2
     differing = mismatch(yardstick, predicted, segments)
+    if unpredicted is not None:
+        density = density.masked_fill(unpredicted, 0.0)
+        squared = torch.where(unpredicted, floor, squared)
+        differing = differing.masked_fill(unpredicted, 0.0)
     nats = (density * counted).sum(1, keepdim=True) / yardstick.temper
     height, width = (math.ceil(size / _CELLS) for size in nats.shape[-2:])
     blocks = F.avg_pool2d(nats, (height, width), ceil_mode=True, divisor_override=1)

@@ -9,6 +9,7 @@ import torch
 from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.fit.camera import excitation, surfaces
 from vision_s2r.fit.camera.appearing import appearing, camera_only, mixed
+from vision_s2r.fit.camera.area import Area, area_of, inside_of
 from vision_s2r.fit.camera.codec import attenuation, codec_scatter
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
@@ -64,6 +65,7 @@ class Study:
     bins: NoiseBins
     ranked: Sequence[int]  # frames, the most telling first
     proposals: Sequence[frozenset[str]]
+    area: Area | None = None  # which shows something else than the simulator drew, px of `pictures`
 
     def known(self, names: Collection[str]) -> dict[str, Mapping[str, float]] | None:
         """Values of exactly these effects that a fit has ended with already."""
@@ -75,8 +77,35 @@ class Study:
 
 @torch.inference_mode()
 def study(recording: CameraRecording, library: Collection[str]) -> Study:
-    """Look at a recording: minutes of a person's work, seconds here."""
+    """Look at a recording: minutes of a person's work, seconds here.
+
+    Where an area of the pictures shows something else, everything is found from the rest of them.
+    """
     whole = open_pictures(recording)
+    found = _studied(recording, library, whole)
+    area = _area(found) if "missing_object" in library else None
+    if area is None:
+        return found
+    outside = ~inside_of(area, whole.meant.shape[-2:], 1 / found.pictures.scale)
+    rest = _studied(recording, library, replace(whole, meant=whole.meant * outside))
+    inside = inside_of(area, rest.pictures.meant.shape[-2:])
+    counted = rest.yardstick.counted | (found.yardstick.counted & inside)
+    proposals = [names | {"missing_object"} for names in rest.proposals]
+    return replace(rest, yardstick=replace(rest.yardstick, counted=counted), proposals=proposals, area=area)
+
+
+def _area(found: Study) -> Area | None:
+    """The area that the reference leaves."""
+    pictures, yardstick = found.pictures, found.yardstick
+    if pictures.surfaces is None:
+        return None
+    target = Target(pictures, yardstick.variance, yardstick.counted)
+    every = range(len(pictures.sim))
+    squared = torch.cat([target.residual(found.reference, [k]).square().mean(1) for k in every])
+    return area_of(squared / yardstick.variance.mean(1), yardstick.counted, pictures.surfaces.shares)
+
+
+def _studied(recording: CameraRecording, library: Collection[str], whole: Pictures) -> Study:
     levels = worked(pyramid(whole))
     pictures, count = levels[0], len(whole.sim)
     not_excited = excitation.not_excited(pictures, library)

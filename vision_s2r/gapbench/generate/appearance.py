@@ -17,21 +17,25 @@ import yaml
 from vision_s2r.gapbench.generate.appearance_scenes import (
     BALL,
     TABLE,
+    THING,
     Bullet,
     Look,
+    Solid,
     Viewpoint,
+    apart,
     cast,
     grain,
     pinhole,
     shaded,
     solids,
+    unknown_thing,
 )
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw
 from vision_s2r.gapbench.generate.camera_effects import Geometry, Sensor, photograph, quantize, to_coded, to_linear
 from vision_s2r.gapbench.generate.camera_strength import FAMILIES
 
 CASES = ("null", "single", "pair")
-EFFECTS = ("albedo", "light_direction", "ambient", "texture")
+EFFECTS = ("albedo", "light_direction", "ambient", "texture", "missing_object")
 BESIDE = (  # the camera's, that a surface or a light is paired with
     *("defocus_blur", "exposure", "white_balance", "vignetting", "motion_blur"),
     *("camera_pose_offset", "gamma", "lens_distortion"),
@@ -116,7 +120,12 @@ def _drawn(effect: str | None, by_rays: bool, rng: Rng) -> tuple[DrawnScenes, Ef
         amplitude, scale = rng.uniform(0.06, 0.25), rng.uniform(2.5, 8.0)
         real = replace(look, grain={label: (amplitude, scale)})
         truth[f"{label}.texture"] = {"amplitude": amplitude, "scale": scale}
-    frames = [_frame(camera, look, real, by_rays, rng) for _ in range(FRAMES)]
+    beside = None
+    if effect == "missing_object":
+        beside = unknown_thing(rng)
+        truth["missing_object"] = _area(camera, beside)
+        real = replace(look, colours={**look.colours, THING: rng.uniform(0.05, 0.9, 3)})
+    frames = [_frame(camera, look, real, by_rays, beside, rng) for _ in range(FRAMES)]
     sim, seen, labels, depth = (np.stack(each) for each in zip(*frames, strict=True))
     if effect == "albedo":
         own = labels == label
@@ -131,16 +140,37 @@ def _towards(turn: float, height: float) -> Array:
     return np.array([math.cos(turn) * math.cos(height), math.sin(turn) * math.cos(height), math.sin(height)])
 
 
-def _frame(camera: Viewpoint, look: Look, real: Look, by_rays: bool, rng: Rng) -> tuple[Array, Array, Array, Array]:
-    """One scene: coded pictures [h, w, 3] in both looks, labels and depth [h, w]."""
-    things = solids(rng)
+def _area(camera: Viewpoint, thing: Solid) -> dict[str, float]:
+    """The rectangle of the picture (px) that something takes; Redraw where it is small, large or not all in it."""
+    rows, columns = (cast(camera, [thing])[0] == THING).nonzero()
+    if not len(rows):
+        raise Redraw
+    places = np.stack([columns, rows], 1) - MARGIN
+    corner, end = places.min(0), places.max(0) + 1
+    size = end - corner
+    if corner.min() < 2 or end.max() > SIZE - 2 or size.min() < 10 or size.max() > SIZE // 3:
+        raise Redraw
+    return dict(zip(("x", "y", "width", "height"), map(float, [*corner, *size]), strict=True))
+
+
+def _frame(
+    camera: Viewpoint, look: Look, real: Look, by_rays: bool, beside: Solid | None, rng: Rng
+) -> tuple[Array, Array, Array, Array]:
+    """One scene: coded pictures [h, w, 3] in both looks, labels and depth [h, w]; `beside` is in the real one alone."""
+    things, more = solids(rng), []
+    if beside is not None:
+        more = [beside]
+        things = [each for each in things if apart(each.place, float(np.linalg.norm(each.half[:2])), more)]
     if by_rays:
         labels, depth, _ = cast(camera, things)
-        pair = [to_coded(shaded(camera, things, each, rng)) for each in (look, real)]
+        pair = [to_coded(shaded(camera, *each, rng)) for each in ((things, look), (things + more, real))]
         return np.round(pair[0].clip(0, 1) * 255) / 255, pair[1].clip(0, 1), labels, depth
     with Bullet(camera, things) as drawer:
         sim, labels, depth = drawer.picture(look)
-        seen = drawer.picture(real)[0] / 255
+        seen = drawer.picture(real)[0] / 255 if not more else sim
+    if more:
+        with Bullet(camera, things + more) as drawer:
+            seen = drawer.picture(real)[0] / 255
     for label, (amplitude, scale) in real.grain.items():
         light = to_linear(seen) * (1 + amplitude * (labels == label) * grain(labels.shape, scale, rng))[..., None]
         seen = to_coded(np.clip(light, 0, 1))

@@ -17,6 +17,7 @@ Rng = np.random.Generator
 
 TABLE, MAT, BOX, BALL = range(1, 5)  # labels
 SOLIDS = (BOX, BALL)
+THING = 9  # label of what the simulator does not know
 _FINE = 2  # rays a pixel, along each axis
 _NEAR, _FAR = 0.2, 2.0  # m
 _MAT = (0.17, 0.13)  # m, half its sides
@@ -76,10 +77,21 @@ def solids(rng: Rng) -> list[Solid]:
             half = rng.uniform(0.02, 0.05, 3) if label == BOX else np.full(3, rng.uniform(0.025, 0.045))
             place = np.array([*rng.uniform(-0.2, 0.2, 2), half[2]])
             reach = np.linalg.norm(half[:2])
-            if all(np.linalg.norm((place - o.place)[:2]) > reach + np.linalg.norm(o.half[:2]) for o in found):
+            if apart(place, reach, found):
                 found.append(Solid(label, place, half, rng.uniform(0, math.pi)))
                 break
     return found
+
+
+def apart(place: Array, reach: float, others: list[Solid]) -> bool:
+    """Whether what reaches so far (m) from its place touches none of the others."""
+    return all(np.linalg.norm((place - o.place)[:2]) > reach + np.linalg.norm(o.half[:2]) for o in others)
+
+
+def unknown_thing(rng: Rng) -> Solid:
+    """A box that stands on the table in every scene, and that the simulator lacks."""
+    half = rng.uniform(0.025, 0.06, 3)
+    return Solid(THING, np.array([*rng.uniform(-0.15, 0.15, 2), half[2]]), half, rng.uniform(0, math.pi))
 
 
 # -- by rays -----------------------------------------------------------------------------------------------------------

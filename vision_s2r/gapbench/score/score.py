@@ -9,7 +9,7 @@ DYNAMICS = {
     *("viscous_damping", "coulomb_friction", "inertia", "gravity_torque", "bias_torque", "torque_constant"),
     *("proportional_gain", "derivative_gain", "position_offset", "payload"),
 }
-APPEARANCE = {"albedo", "texture", "light_direction", "ambient"}
+APPEARANCE = {"albedo", "texture", "light_direction", "ambient", "missing_object"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
 NAMED_CASES = ("dynamics", "single", "pair", "triple", "all_nominal", "known_unknown", "unpaired")
 TURNS = {  # period of `angle` (deg) or `azimuth` (rad)
