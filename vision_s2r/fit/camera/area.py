@@ -33,8 +33,8 @@ def area_of(squared: Tensor, counted: Tensor, shares: Tensor) -> Area | None:
     """
     far = (squared > _FAR) & counted[:, 0]
     often = (far.float().mean(0) >= _OFTEN).numpy().astype(np.uint8)
-    often = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((_LINES, _LINES), np.uint8))
-    pieces = cv2.morphologyEx(often, cv2.MORPH_CLOSE, np.ones((_GAPS, _GAPS), np.uint8))
+    pieces = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((_LINES, _LINES), np.uint8))
+    pieces = cv2.morphologyEx(pieces, cv2.MORPH_CLOSE, np.ones((_GAPS, _GAPS), np.uint8))
     count, which, stats, _ = cv2.connectedComponentsWithStats(pieces)
     if count < 2:
         return None

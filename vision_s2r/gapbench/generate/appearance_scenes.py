@@ -76,7 +76,7 @@ def solids(rng: Rng) -> list[Solid]:
             label = SOLIDS[k % 2]
             half = rng.uniform(0.02, 0.05, 3) if label == BOX else np.full(3, rng.uniform(0.025, 0.045))
             place = np.array([*rng.uniform(-0.2, 0.2, 2), half[2]])
-            reach = np.linalg.norm(half[:2])
+            reach = float(np.linalg.norm(half[:2]))
             if apart(place, reach, found):
                 found.append(Solid(label, place, half, rng.uniform(0, math.pi)))
                 break
