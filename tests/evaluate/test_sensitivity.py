@@ -7,9 +7,10 @@ import torch
 from stand_ins import SCENE, render_scenes, save_untrained_policy, save_untrained_translator
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
+from vision_s2r.camera.strength import at, strength_of
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
-from vision_s2r.evaluate.sensitivity import at, sensitivity
+from vision_s2r.evaluate.sensitivity import sensitivity
 from vision_s2r.evaluate.sensitivity_config import SensitivityConfig
 from vision_s2r.grasp import GraspConfig
 from vision_s2r.networks.unet import NetworkConfig
@@ -29,6 +30,7 @@ def test_an_effect_grows_with_its_strength(effect):
     changes = [change(strength) for strength in (0.25, 0.5, 1.0, 2.0)]
     assert changes == sorted(changes) and changes[0] < 0.7 * changes[2], changes
     assert at(effect, 1.0) == pytest.approx(effect.moderate())
+    assert strength_of(effect, at(effect, 0.7)) == pytest.approx(0.7)
 
 
 def test_curves_are_measured_and_drawn(tmp_path):

@@ -56,6 +56,12 @@ class DiagnoseConfig:
     jobs: int = option(2, "Processes for several recordings, threads for one.", low=1)
     seed: int = option(0, "Of the bootstrap; the same seed gives the same report, whatever the number of jobs.", low=0)
     withhold: list[str] = option([], "Effects that the diagnosis is to know nothing of, by name.")
+    sensitivity: str = option(
+        "",
+        "Of a camera: sensitivity.json, as vision-s2r sensitivity writes it. The report then says which of the effects "
+        "found is worth mending for a policy. Empty: it does not.",
+    )
+    policy: str = option("", "The row of these curves; empty: the first.")
     joint: SearchConfig = option(SearchConfig, "The search for what a joint has.")
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2), "The search for what a camera has."

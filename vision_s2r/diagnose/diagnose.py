@@ -127,6 +127,8 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":
         with case.session():
             written |= {"light": case.light(settled.simulator.hypothesis)}
+    if isinstance(recording, CameraRecording) and cfg.sensitivity:
+        written |= {"policy": load("vision_s2r.diagnose.worth:worth")(written["effects"], cfg.sensitivity, cfg.policy)}
     return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
 
 

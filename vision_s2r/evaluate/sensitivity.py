@@ -5,7 +5,6 @@ the neutral value. In: the rows of an evaluation. Out: sensitivity.json, .csv an
 """
 
 import json
-import math
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,8 @@ import yaml
 from matplotlib.figure import Figure
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.effects import Effect, Parameter
+from vision_s2r.camera.strength import at
+from vision_s2r.effects import Effect
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate.columns import REFERENCE_SIZE
 from vision_s2r.evaluate.config import EvaluateConfig, through_cameras
@@ -62,24 +62,6 @@ def sensitivity(cfg: SensitivityConfig, table: EvaluateConfig, scene: SceneConfi
 def column(effect: Effect, strength: float) -> str:
     """The name of a column: effect and strength in hundredths."""
     return f"{effect.name}-{round(100 * strength)}"
-
-
-def at(effect: Effect, strength: float) -> dict[str, float]:
-    """The effect's parameters at a strength above 0, within their bounds."""
-    return {parameter.name: _value(parameter, strength) for parameter in effect.parameters}
-
-
-def _value(parameter: Parameter, strength: float) -> float:
-    neutral, moderate = parameter.neutral, parameter.moderate
-    if neutral is None:  # a direction, a place: it has no strength
-        return moderate
-    if math.isinf(neutral):  # the less the stronger: electrons, quality
-        value = moderate / strength
-    elif parameter.scale == "log":
-        value = neutral * (moderate / neutral) ** strength
-    else:
-        value = neutral + strength * (moderate - neutral)
-    return min(max(value, parameter.low), parameter.high)
 
 
 def draw(points: list[dict[str, Any]], path: Path) -> Path:

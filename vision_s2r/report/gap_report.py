@@ -172,6 +172,29 @@ class UnsteadyLight:
     unit: str
 
 
+@dataclass(frozen=True)
+class EffectCost:
+    """What an effect alone costs a policy."""
+
+    name: str
+    strength: float  # 1: its moderate setting
+    success: float
+    ci: Interval
+    lost: float  # of the success without any effect
+    sure: bool  # whether the two intervals lie apart
+    beyond: bool  # it is stronger than was tried: the cost is that of the strongest that was
+
+
+@dataclass(frozen=True)
+class PolicyCost:
+    """What the camera's effects cost a policy, each alone, by curves of success against their strength."""
+
+    row: str  # of the curves
+    success: float  # without any effect
+    ci: Interval
+    effects: tuple[EffectCost, ...]  # the dearest first
+
+
 @dataclass(frozen=True, kw_only=True)
 class GapReport:
     """What a diagnosis says. A notebook shows it as its page."""
@@ -194,6 +217,7 @@ class GapReport:
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
     tip: TipGap | None = None  # of an arm
     joints: dict[str, JointPart] | None = None  # of an arm, by name
+    policy: PolicyCost | None = None  # of a camera, where the diagnosis was given curves
 
     @classmethod
     def of(cls, data: Mapping[str, Any], **more: Any) -> Self:

@@ -24,7 +24,24 @@ def verdict(report: Mapping[str, Any]) -> str:
         rest = report["unexplained"]
         hint = f", like {listed(rest['resembles'])}" if rest.get("resembles") else ""
         text += f" A rest of {percent(rest['share'])} is real and has another cause{hint}."
-    return text
+    return text + (f" {worth(report['policy'])}" if report.get("policy") else "")
+
+
+def worth(policy: Mapping[str, Any]) -> str:
+    """Which of the effects found is worth mending for a policy."""
+    before, each = f"{percent(policy['success'])} of grasps without any", policy["effects"]
+    who = policy["row"].replace("_", " ")
+    dear = [effect for effect in each if effect["sure"]]
+    if not dear:
+        return f"None of these effects alone costs the policy {who} more than its curves can tell ({before})."
+    told = [
+        f"{effect['name'].replace('_', ' ')} ({'at most ' if effect['beyond'] else ''}{percent(effect['success'])}, "
+        f"{interval_percent(effect['ci'])})"
+        for effect in dear
+    ]
+    first, *others = told
+    rest = f"; then {listed(others)}" if others else ""
+    return f"For the policy {who}, which holds {before}, mend this first: {first}{rest}."
 
 
 def causes(report: Mapping[str, Any]) -> str:
