@@ -11,8 +11,7 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.strength import strength_of
 from vision_s2r.errors import UserError, nearest
 
-_KEYS = {"row": str, "effect": str, "strength": (int, float), "value": (int, float)}
-_KEYS |= {"low": (int, float), "high": (int, float)}
+_NAMES, _NUMBERS = ("row", "effect"), ("strength", "value", "low", "high")  # of a point
 _SHOULD = "expected what vision-s2r sensitivity wrote"
 
 Point = Mapping[str, Any]
@@ -65,7 +64,14 @@ def _read(path: str) -> list[Point]:
         points = json.loads(Path(path).read_text())
     except (OSError, ValueError) as error:
         raise UserError(f"diagnose.sensitivity: {path} cannot be read ({error}), {_SHOULD}") from error
-    whole = isinstance(points, list) and all(isinstance(point, dict) for point in points)
-    if not whole or not points or not all(isinstance(p.get(key), kind) for p in points for key, kind in _KEYS.items()):
-        raise UserError(f"diagnose.sensitivity: {path} has no points with {', '.join(_KEYS)}: {_SHOULD}")
+    if not isinstance(points, list) or not points or not all(map(_whole, points)):
+        raise UserError(f"diagnose.sensitivity: {path} has no points with {', '.join([*_NAMES, *_NUMBERS])}: {_SHOULD}")
     return list(points)
+
+
+def _whole(point: object) -> bool:
+    return (
+        isinstance(point, dict)
+        and all(isinstance(point.get(key), str) for key in _NAMES)
+        and all(isinstance(point.get(key), int | float) for key in _NUMBERS)
+    )
