@@ -100,7 +100,8 @@ def test_every_effect_is_in_the_vocabulary():
     assert there <= listed, sorted(there - listed)
 
 
-def test_every_room_has_a_line():
-    page = (ROOT / "docs" / "concepts" / "architecture.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["README.md", "docs/concepts/architecture.md"])
+def test_every_room_has_a_line(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
     rooms = {path.name for path in (ROOT / "vision_s2r").iterdir() if path.is_dir() and any(path.rglob("*.py"))}
-    assert not {room for room in rooms if f"`{room}/`" not in page}
+    assert not {room for room in rooms if f"`{room}/`" not in text}
