@@ -26,7 +26,7 @@ def test_a_label_of_another_colour_has_the_gains_of_its_answer(index, tmp_path, 
 
 
 def test_what_was_not_rendered_is_inside_its_rectangle(tmp_path, monkeypatch) -> None:
-    monkeypatch.setattr(appearance, "FRAMES", 3)
+    monkeypatch.setattr(appearance, "FRAMES", 4)
     index = appearance.EFFECTS.index("missing_object")
     machine = appearance.machine("single", index, "tuning", np.random.default_rng(index))
     machine.write(tmp_path)
