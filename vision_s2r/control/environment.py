@@ -22,6 +22,11 @@ def observation_size(history: int) -> int:
     return 2 + 2 * history
 
 
+def history_of(size: int) -> int:
+    """How many samples back an observation of this size goes."""
+    return (size - 2) // 2
+
+
 class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
     """N joints that are to turn at target speeds, one after the other.
 

@@ -15,8 +15,9 @@ from torch import Tensor, nn
 
 from vision_s2r.control import policy as policies
 from vision_s2r.control.config import LEAST_RATE, GradientTrainingConfig, episode_samples
-from vision_s2r.control.environment import SpeedTracking
+from vision_s2r.control.environment import SpeedTracking, observation_size
 from vision_s2r.control.progress import Progress
+from vision_s2r.joint.differentiable import DifferentiableJoints
 
 FINE = 0.01  # relative error below which being better gains little
 STEEPEST = 3.0  # what a joint's state may count at most in a loss: where a loop runs away, its gradient does too
@@ -59,7 +60,7 @@ def learn(environment: SpeedTracking, training: GradientTrainingConfig, out: Pat
 
 def begin(history: int, hidden: list[int]) -> policies.Network:
     """A network that is a proportional controller: where nothing moves, there is no gradient to begin with."""
-    network = policies.Network(history, hidden, straight=True)
+    network = policies.Network(observation_size(history), hidden, straight=True)
     nn.init.zeros_(network.action.weight)
     nn.init.zeros_(network.action.bias)
     with torch.no_grad():
@@ -73,26 +74,19 @@ def _episode(
     environment: SpeedTracking, network: policies.Network, optimizer: torch.optim.Optimizer, window: int
 ) -> np.ndarray:
     """Go through an episode, with an update after each `window` samples; the errors [N, T] of its targets."""
-    task, joints = environment.task, environment.num_envs
+    task = environment.task
     sight = torch.from_numpy(environment.reset()[0])
-    late = torch.from_numpy(environment.joints.delays)
-    acting = torch.stack([late, late + 1], dim=1)
-    state = torch.zeros(joints, 4)
-    past = torch.zeros(joints, int(late.max()) + 2)  # what was sent, the last one first
+    joints = DifferentiableJoints(environment.joints, STEEPEST, FORGET)
     losses: list[Tensor] = []
     info: dict[str, Any] = {}
     while not info:
         action = network(sight)
         sent = action + (action.clamp(-1, 1) - action).detach()  # one that is cut still knows which way is back
-        past = torch.cat([sent, past[:, :-1]], dim=1)
-        after, jacobian = environment.joints.differentiated(
-            task.max_current * sent.detach().numpy()[:, 0].astype(float)
-        )
-        target = torch.from_numpy(environment.target)
-        state = _Sample.apply(state, task.max_current * past.gather(1, acting), after, jacobian)
-        losses.append(0.5 * torch.log1p(((state[:, 1] / target - 1) / FINE) ** 2).mean())
+        velocity = joints.foreseen(task.max_current * sent[:, 0].double())[:, 1:2].float()
+        target = torch.from_numpy(environment.target)[:, None]
+        losses.append(0.5 * torch.log1p(((velocity / target - 1) / FINE) ** 2).mean())
         seen, *_, info = environment.step(sent.detach().numpy())
-        flowing = torch.cat([sight[:, :1], state[:, 1:2] / task.highest, sight[:, 1:2], sent, sight[:, 2:-2]], dim=1)
+        flowing = torch.cat([sight[:, :1], velocity / task.highest, sight[:, 1:2], sent, sight[:, 2:-2]], dim=1)
         flowing = flowing[:, : sight.shape[1]]
         sight = torch.from_numpy(seen) + flowing - flowing.detach()  # the values that are seen, the gradient of these
         if len(losses) == window or info:
@@ -100,22 +94,7 @@ def _episode(
             torch.stack(losses).mean().backward()
             nn.utils.clip_grad_norm_(network.parameters(), 1.0)
             optimizer.step()
-            losses, sight, state, past = [], sight.detach(), state.detach(), past.detach()
+            losses, sight = [], sight.detach()
+            joints.detach()
     errors: np.ndarray = info["errors"]
     return errors
-
-
-class _Sample(torch.autograd.Function):
-    """What a sample makes of joints' state [N, 4], by the commands [N, 2] that act in it."""
-
-    @staticmethod
-    def forward(ctx: Any, state: Tensor, commands: Tensor, after: np.ndarray, jacobian: np.ndarray) -> Tensor:
-        ctx.jacobian = torch.from_numpy(jacobian.astype(np.float32))
-        return torch.from_numpy(after.astype(np.float32))
-
-    @staticmethod
-    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor | None, ...]:
-        size = gradient.norm(dim=1, keepdim=True)
-        cut = gradient * (STEEPEST / len(gradient) / size.clamp_min(1e-12)).clamp_max(1.0)
-        back = torch.einsum("nij,nj->ni", ctx.jacobian, cut)
-        return FORGET * back[:, :4], back[:, 4:], None, None

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from vision_s2r.control.config import ControlTaskConfig
-from vision_s2r.control.environment import observation_size
+from vision_s2r.control.environment import history_of, observation_size
 from vision_s2r.control.machines import Values
 from vision_s2r.errors import UserError
 from vision_s2r.joint import NominalJoint
@@ -68,14 +68,14 @@ class Network(nn.Module):
     would have to imitate to a tenth of a per cent; the layers then only correct it.
     """
 
-    def __init__(self, history: int, hidden: list[int], straight: bool) -> None:
+    def __init__(self, inputs: int, hidden: list[int], straight: bool) -> None:
         super().__init__()
-        self.history, self.hidden, self.straight = history, list(hidden), straight
-        self.layers = layers(observation_size(history), hidden)
-        self.action = nn.Linear(hidden[-1] + straight * observation_size(history), 1)
+        self.inputs, self.hidden, self.straight = inputs, list(hidden), straight
+        self.layers = layers(inputs, hidden)
+        self.action = nn.Linear(hidden[-1] + straight * inputs, 1)
 
     def forward(self, seen: Tensor) -> Tensor:
-        """Mean actions [N, 1] for observations [N, 2 + 2·history]."""
+        """Mean actions [N, 1] for observations [N, inputs]."""
         last = self.layers(seen)
         action: Tensor = self.action(torch.cat([last, seen], dim=1) if self.straight else last)
         return action
@@ -93,7 +93,7 @@ class Policy:
     """A trained network's mean action: softened by nothing, the same for the same observation."""
 
     def __init__(self, network: Network) -> None:
-        self.history, self._straight = network.history, network.straight
+        self.history, self._straight = history_of(network.inputs), network.straight
         linear = [each for each in network.modules() if isinstance(each, nn.Linear)]
         self._weights = [(each.weight.detach().numpy().T.copy(), each.bias.detach().numpy().copy()) for each in linear]
 
@@ -116,14 +116,14 @@ class Policy:
         loaded = checkpoint.load(path, KIND)
         _same_task(loaded, task)
         known = loaded.configuration
-        network = Network(int(known["history"]), list(known["hidden"]), bool(known["straight"]))
+        network = Network(observation_size(int(known["history"])), list(known["hidden"]), bool(known["straight"]))
         loaded.restore("network", network)
         return cls(network)
 
 
 def save(path: Path, network: Network, task: ControlTaskConfig, facts: Any) -> None:
     """Write a policy; `facts` say how it was trained."""
-    shape = {"history": network.history, "hidden": network.hidden, "straight": network.straight}
+    shape = {"history": history_of(network.inputs), "hidden": network.hidden, "straight": network.straight}
     tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
     checkpoint.save(path, checkpoint.Checkpoint(KIND, {"task": _units(task), **shape}, {}, facts, tensors))
 

@@ -10,7 +10,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from vision_s2r.control import policy as policies
 from vision_s2r.control.adapter import Adapter
 from vision_s2r.control.config import LEAST_RATE, ControlTrainingConfig
-from vision_s2r.control.environment import SpeedTracking
+from vision_s2r.control.environment import SpeedTracking, observation_size
 from vision_s2r.control.progress import Progress
 
 
@@ -48,7 +48,7 @@ def _model(environment: Adapter, training: ControlTrainingConfig, seed: int) -> 
 
 def _released(model: PPO, history: int, hidden: list[int]) -> policies.Network:
     """What acts, without what it was trained with."""
-    network = policies.Network(history, hidden, straight=False)
+    network = policies.Network(observation_size(history), hidden, straight=False)
     network.layers.load_state_dict(model.policy.mlp_extractor.policy_net.state_dict())
     network.action.load_state_dict(model.policy.action_net.state_dict())
     return network
