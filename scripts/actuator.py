@@ -1,4 +1,4 @@
-"""An actuator network in the motor's place, and controllers that transfer because of it: `out=DIR [actuator=small]`."""
+"""An actuator network in the motor's place, and policies that transfer because of it: `out=DIR [actuator=small]`."""
 
 from vision_s2r.commands.main import main
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from vision_s2r.actuator.config import DriveConfig, LogsConfig
 from vision_s2r.actuator.drive import MotorDrive
-from vision_s2r.actuator.log import record
+from vision_s2r.actuator.log import LooseLoop, record
 from vision_s2r.actuator.references import sweeps
 
 EFFECTS = {
@@ -12,6 +12,8 @@ EFFECTS = {
     "latency": {"delay": 0.015},
     "torque_speed_limit": {"stall": 0.7, "no_load_speed": 10.0},
 }
+ANALYTIC = {"torque_saturation": {"limit": 0.7}}
+NOTHING = LooseLoop(np.zeros(1), np.zeros(1))
 QUIET = {"position_noise": 0.0, "velocity_noise": 0.0, "torque_noise": 0.0}
 
 
@@ -19,11 +21,10 @@ def rng(seed=0):
     return np.random.default_rng(seed)
 
 
-def logged(cfg, motions, seed, analytic=False):
+def logged(cfg, motions, seed, effects=None):
     """Motions of 2 s, without an outer loop."""
     references = sweeps(LogsConfig(seconds=2.0), motions, cfg.sample_time, rng(seed))
-    drive = MotorDrive(cfg, references.payload, rng(seed + 1), analytic)
-    return record(drive, references, np.zeros((motions, 5)))
+    return record(MotorDrive(cfg, references.payload, rng(seed + 1), effects), references, NOTHING)
 
 
 def drive(**changes):

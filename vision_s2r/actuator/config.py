@@ -1,4 +1,4 @@
-"""The configuration of actuator networks: what drives, logs, training and controllers are."""
+"""The configuration of actuator networks: what drives, logs, training and policies are."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -40,7 +40,15 @@ class DriveConfig:
 class LogsConfig:
     """Motions under which the drive is logged: each the sum of two sine sweeps."""
 
-    motions: int = option(750, "Logged to train on.", above=0)
+    minutes: list[float] = option(
+        [0.2, 3.0, 50.0],
+        "How much of the drive's log a simulator is made from, min: one each, to whole motions, at least one.",
+        above=0,
+        rising=True,
+    )
+    diagnosed: float = option(
+        0.2, "Of these, up to how much is diagnosed and identified too, min: it costs seconds a motion.", low=0
+    )
     held_out: int = option(60, "Others, to validate on.", above=0)
     seconds: float = option(4.0, "Of each.", above=0)
     frequency: list[float] = option(
@@ -77,10 +85,9 @@ class ActuatorTrainingConfig:
 
 @dataclass
 class ActuatorTaskConfig:
-    """References that controllers are tuned on and tried on, and how: each the sum of three sines."""
+    """References that policies learn and are tried on, and how: each the sum of three sines."""
 
-    tuned_on: int = option(12, "References that a controller is tuned on.", above=0)
-    tried_on: int = option(40, "Others, that it is tried on.", above=0)
+    tried_on: int = option(40, "That policies are tried on.", above=0)
     seconds: float = option(2.5, "Of each.", above=0)
     frequency: list[float] = option(
         [1.0, 7.0], "Of the sines, drawn between these, Hz.", length=2, above=0, rising=True
@@ -90,18 +97,31 @@ class ActuatorTaskConfig:
     )
     amplitude: float = option(0.3, "The most that a sine moves, rad.", above=0)
     payload: float = option(
-        0.1, "The world's torque on the load, drawn between ± this, N·m; the controller is not told.", low=0
+        0.1, "The world's torque on the load, drawn between ± this, N·m; the policy is not told.", low=0
+    )
+    effort: float = option(
+        0.7, "The most torque that a task asks, of what the nominal motor gives at rest: a share.", above=0
     )
     roughness: float = option(
         0.1,
         "What a radian of (RMS) change of the command between samples costs, against a radian of (RMS) error.",
         low=0,
     )
-    generations: int = option(40, "Of differential evolution.", above=0)
-    population: int = option(8, "Of differential evolution: candidates a gain.", above=0)
     tolerance: float = option(
-        0.25, "A controller transfers where its error on the drive is larger by no more than this share.", low=0
+        0.25, "A policy transfers where its error on the drive is larger by no more than this share.", low=0
     )
+
+
+@dataclass
+class DrivePolicyConfig:
+    """Policies, which learn by the gradient through a simulator."""
+
+    history: int = option(12, "How many samples back they see.", low=0)
+    drives: int = option(32, "Side by side.", low=1)
+    episodes: int = option(12, "Of a task each, task.seconds long.", low=1)
+    window: int = option(25, "Samples after which they are updated, and through which the gradient flows.", low=1)
+    learning_rate: float = option(4e-3, "Of Adam; it falls to a fiftieth.", above=0)
+    hidden: list[int] = option([64], "Width of each hidden layer.", low=1)
 
 
 @dataclass
@@ -110,9 +130,9 @@ class ActuatorConfig:
 
     out: str = option(
         "outputs/actuator",
-        "Networks, gains of the controllers, actuator.json and actuator.png. An interrupted run goes on in its folder.",
+        "Networks, policies, actuator.json and actuator.png. An interrupted run goes on in its folder.",
     )
-    seed: int = option(0, "Of the first network and the first controller.", low=0)
+    seed: int = option(0, "Of the first log, network and policy.", low=0)
     seeds: int = option(5, "How many (seed, seed + 1, …) of each.", above=0)
     history: list[float] = option(
         [round(0.005 * k, 3) for k in range(13)],
@@ -122,7 +142,8 @@ class ActuatorConfig:
     drive: DriveConfig = option(DriveConfig, "The motor and its inner controller.")
     logs: LogsConfig = option(LogsConfig, "Motions under which it is logged.")
     training: ActuatorTrainingConfig = option(ActuatorTrainingConfig, "Of each network.")
-    task: ActuatorTaskConfig = option(ActuatorTaskConfig, "References that controllers follow.")
+    policy: DrivePolicyConfig = option(DrivePolicyConfig, "Policies trained in each simulator.")
+    task: ActuatorTaskConfig = option(ActuatorTaskConfig, "References that they follow.")
 
 
 def check(cfg: ActuatorConfig) -> None:

@@ -9,14 +9,17 @@ without them the same half is behind the sensor.
 """
 
 import abc
+from collections.abc import Mapping
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from vision_s2r.actuator.config import DriveConfig
 from vision_s2r.actuator.network import ActuatorNetwork
 from vision_s2r.errors import UserError
 from vision_s2r.joint import COLUMNS, Joints, NominalJoint, pack
+from vision_s2r.joint.differentiable import DifferentiableJoints
 
 LOAD = 0.5  # of the joint's inertia
 _INERTIA, _BIAS = COLUMNS.index("inertia"), COLUMNS.index("bias_torque")
@@ -27,67 +30,89 @@ class Drive(abc.ABC):
 
     measured [N, 2]      position (rad) and velocity (rad/s) that the sensors show, with their noise
     load_torque [N]      N·m that the world puts on the load: a payload
+
+    What is measured has the gradient of the commands that led to it, as far back as `detach`, where torch keeps any.
     """
 
     def __init__(
         self, cfg: DriveConfig, load_torque: np.ndarray, load_inertia: float, rng: np.random.Generator
     ) -> None:
         self.cfg = cfg
-        self.load_torque = load_torque
+        self.load_torque = torch.from_numpy(load_torque)
         self._load_inertia = load_inertia
         self._rng = rng
-        self._noise = np.array([cfg.position_noise, cfg.velocity_noise])
+        self._noise = torch.tensor([cfg.position_noise, cfg.velocity_noise], dtype=torch.float64)
         self.measured = self._look()
 
     def __len__(self) -> int:
         return len(self.load_torque)
 
-    def step(self, command: np.ndarray) -> np.ndarray:
+    def step(self, command: Tensor) -> Tensor:
         """Command positions [N] (rad) for a sample; the delivered torques [N] (N·m) that the sensor shows of it."""
         before = self.true[:, 1]
         self._advance(command - self.measured[:, 0], self.measured[:, 1])
         momentum = self._load_inertia * (self.true[:, 1] - before)
         self.measured = self._look()
-        noise = self.cfg.torque_noise * self._rng.standard_normal(len(self))
+        noise = self.cfg.torque_noise * torch.from_numpy(self._rng.standard_normal(len(self)))
         return momentum / self.cfg.sample_time - self.load_torque + noise
+
+    def detach(self) -> None:
+        """From here on no gradient goes further back."""
+        self.measured = self.measured.detach()
 
     @property
     @abc.abstractmethod
-    def true(self) -> np.ndarray:
+    def true(self) -> Tensor:
         """Position and velocity [N, 2] of the loads."""
 
     @abc.abstractmethod
-    def _advance(self, error: np.ndarray, velocity: np.ndarray) -> None:
+    def _advance(self, error: Tensor, velocity: Tensor) -> None:
         """Moves on by a sample under measured position errors (command − position) and velocities [N]."""
 
-    def _look(self) -> np.ndarray:
-        return self._shown() + self._noise * self._rng.standard_normal((len(self), 2))
+    def _look(self) -> Tensor:
+        return self._shown() + self._noise * torch.from_numpy(self._rng.standard_normal((len(self), 2)))
 
-    def _shown(self) -> np.ndarray:
+    def _shown(self) -> Tensor:
         return self.true
 
 
 class MotorDrive(Drive):
-    """The motor: with the effects that it has, or as the analytic model knows it, with its torque limit alone."""
+    """The motor, with effects: its own by default, or those that a simulator has of it."""
 
     def __init__(
-        self, cfg: DriveConfig, load_torque: np.ndarray, rng: np.random.Generator, analytic: bool = False
+        self,
+        cfg: DriveConfig,
+        load_torque: np.ndarray,
+        rng: np.random.Generator,
+        effects: Mapping[str, Mapping[str, float]] | None = None,
     ) -> None:
-        machine = pack(nominal(cfg), {"torque_saturation": {"limit": cfg.torque_limit}} if analytic else cfg.effects)
+        machine = pack(nominal(cfg), cfg.effects if effects is None else effects)
         machines = np.repeat(machine[None], len(load_torque), axis=0)
-        machines[:, _BIAS] = -load_torque
+        machines[:, _BIAS] -= load_torque
         self._joints = Joints(machines, cfg.sample_time)
+        self._ahead = DifferentiableJoints(self._joints)
+        self._state = torch.from_numpy(self._joints.moving)
         super().__init__(cfg, load_torque, LOAD * machine[_INERTIA], rng)
 
     @property
-    def true(self) -> np.ndarray:
-        return self._joints.true
+    def true(self) -> Tensor:
+        return self._state[:, :2]
 
-    def _shown(self) -> np.ndarray:
-        return self._joints.shown
+    def detach(self) -> None:
+        super().detach()
+        self._ahead.detach()
+        self._state = self._state.detach()
 
-    def _advance(self, error: np.ndarray, velocity: np.ndarray) -> None:
-        self._joints.step(self.cfg.stiffness * error - self.cfg.damping * velocity)
+    def _shown(self) -> Tensor:
+        return self.true + (torch.from_numpy(self._joints.shown) - self.true).detach()  # what rounds has no gradient
+
+    def _advance(self, error: Tensor, velocity: Tensor) -> None:
+        torque = self.cfg.stiffness * error - self.cfg.damping * velocity
+        if torch.is_grad_enabled():
+            self._state = self._ahead.foreseen(torque)
+        self._joints.step(torque.detach().numpy())
+        if not torch.is_grad_enabled():
+            self._state = torch.from_numpy(self._joints.moving)
 
 
 class NetworkDrive(Drive):
@@ -100,27 +125,30 @@ class NetworkDrive(Drive):
             raise UserError(
                 f"the network's sample time is {network.sample_time:g} s, the drive's {cfg.sample_time:g} s"
             )
-        self._network = network
-        self._state = np.zeros((len(load_torque), 2))
-        self._seen = np.zeros((network.lags[-1] + 1, 2, len(load_torque)), np.float32)  # latest first
-        self._fresh = True
+        self._network = network.requires_grad_(False)
+        self._state = torch.zeros(len(load_torque), 2, dtype=torch.float64)
+        self._seen: list[Tensor] = []  # errors and velocities [N, 2], the latest first
         super().__init__(cfg, load_torque, LOAD * cfg.inertia, rng)
 
     @property
-    def true(self) -> np.ndarray:
-        return self._state.copy()
+    def true(self) -> Tensor:
+        return self._state
 
-    def _advance(self, error: np.ndarray, velocity: np.ndarray) -> None:
-        self._seen = np.roll(self._seen, 1, axis=0)
-        self._seen[slice(None) if self._fresh else 0] = error, velocity
-        self._fresh = False
-        inputs = self._seen[list(self._network.lags)].transpose(2, 1, 0).reshape(len(self), -1)
-        with torch.no_grad():
-            torque = self._network(torch.from_numpy(inputs)).numpy().astype(float)
+    def detach(self) -> None:
+        super().detach()
+        self._state = self._state.detach()
+        self._seen = [each.detach() for each in self._seen]
+
+    def _advance(self, error: Tensor, velocity: Tensor) -> None:
+        now = torch.stack([error, velocity], dim=1).float()
+        known = self._network.lags[-1] + 1
+        self._seen = [now, *self._seen[: known - 1]] if self._seen else [now] * known
+        inputs = torch.stack([self._seen[lag] for lag in self._network.lags], dim=2)  # [N, 2, H]
+        torque = self._network(inputs.flatten(1)).double()
         step = self.cfg.sample_time
         gained = step * (torque + self.load_torque) / self._load_inertia
-        self._state[:, 0] += step * (self._state[:, 1] + 0.5 * gained)
-        self._state[:, 1] += gained
+        position, speed = self._state.T
+        self._state = torch.stack([position + step * (speed + 0.5 * gained), speed + gained], dim=1)
 
 
 def nominal(cfg: DriveConfig) -> NominalJoint:

@@ -1,24 +1,44 @@
 """Logs of a drive: what a controller commanded, what the sensors showed."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from vision_s2r.actuator.drive import Drive
 from vision_s2r.actuator.references import References
 from vision_s2r.threads import one_thread
 
-# The gains of a controller, and between which values they are tuned:
-# command = r + position·(r − q) + velocity·(ṙ − q̇) + ahead·ṙ + ahead²·r̈ + integral·∫(r − q) dt
-GAINS = {
-    "position": (-1.0, 10.0),
-    "velocity": (-0.2, 0.5),
-    "ahead": (0.0, 0.3),
-    "ahead_squared": (0.0, 0.02),
-    "integral": (0.0, 40.0),
-}
 LIMIT = 1.5  # rad: what can be commanded
-WINDUP = 0.2  # rad·s: what the integral is held to
+
+
+class PositionController(Protocol):
+    """From what is wanted and what is measured to a drive's command."""
+
+    def begin(self, count: int) -> None:
+        """A motion of so many drives begins."""
+        ...
+
+    def command(self, wanted: Tensor, measured: Tensor) -> Tensor:
+        """Commands [N] (rad) for wanted positions, velocities and accelerations [N, 3], and `Drive.measured` [N, 2]."""
+        ...
+
+
+class LooseLoop:
+    """Answers position errors with `position` [N], and velocity errors with `velocity` [N] (s)."""
+
+    def __init__(self, position: np.ndarray, velocity: np.ndarray) -> None:
+        self._gains = torch.from_numpy(np.stack([position, velocity], axis=1))
+
+    def begin(self, count: int) -> None:
+        """Nothing is remembered."""
+
+    def command(self, wanted: Tensor, measured: Tensor) -> Tensor:
+        """The wanted position, and a bit more for what is missing."""
+        return wanted[:, 0] + (self._gains * (wanted[:, :2] - measured)).sum(dim=1)
 
 
 @dataclass(frozen=True)
@@ -37,20 +57,25 @@ class DriveLog:
         """Command less measured position, rad."""
         return self.command - self.position
 
+    def first(self, motions: int) -> "DriveLog":
+        """The first motions."""
+        return DriveLog(*(each[:motions] for each in vars(self).values()))
+
+
+def followed(drive: Drive, references: References, controller: PositionController) -> Iterator[tuple[Tensor, ...]]:
+    """What is in a `DriveLog`, from `command` to `miss`, a sample [N] at a time, as a drive at rest goes on."""
+    wanted = torch.from_numpy(np.stack([references.position, references.velocity, references.acceleration], axis=2))
+    controller.begin(len(drive))
+    for sample in wanted.unbind(dim=1):
+        measured, miss = drive.measured, sample[:, 0] - drive.true[:, 0]
+        command = controller.command(sample, measured).clamp(-LIMIT, LIMIT)
+        yield command, measured[:, 0], measured[:, 1], drive.step(command), miss
+
 
 @one_thread()
-def record(drive: Drive, references: References, gains: np.ndarray) -> DriveLog:
-    """Log a drive from rest while controllers with these `gains` [N, 5], as GAINS names them, follow the references."""
-    position, velocity, ahead, ahead_squared, integral = gains.T
-    command, q, v, torque, miss = np.empty((5, *references.position.shape))
-    total = np.zeros(len(drive))
-    for k in range(command.shape[1]):
-        r, rate, acceleration = (x[:, k] for x in (references.position, references.velocity, references.acceleration))
-        q[:, k], v[:, k] = drive.measured.T
-        error = r - q[:, k]
-        total = np.clip(total + drive.cfg.sample_time * error, -WINDUP, WINDUP)
-        feedback = position * error + velocity * (rate - v[:, k]) + integral * total
-        command[:, k] = np.clip(r + feedback + ahead * rate + ahead_squared * acceleration, -LIMIT, LIMIT)
-        miss[:, k] = r - drive.true[:, 0]
-        torque[:, k] = drive.step(command[:, k])
-    return DriveLog(command, q, v, torque, miss, drive.load_torque)
+@torch.no_grad()
+def record(drive: Drive, references: References, controller: PositionController) -> DriveLog:
+    """Log a drive from rest while a controller follows the references."""
+    samples = zip(*followed(drive, references, controller), strict=True)
+    logged = [torch.stack(each, dim=1).numpy() for each in samples]
+    return DriveLog(*[*logged, references.payload])

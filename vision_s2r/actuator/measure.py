@@ -1,4 +1,4 @@
-"""How far models of the motor are from the torque sensor, and how well controllers transfer, with 95 % intervals.
+"""How far models of the motor are from the torque sensor, and how well policies transfer, with 95 % intervals.
 
 Arrays are [S, M]: S seeds on the same M motions; intervals are bootstrapped over both.
 """
@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.actuator.control import SETTLE, rms_error
 from vision_s2r.actuator.log import DriveLog
+from vision_s2r.actuator.models import MotorModel
+from vision_s2r.actuator.policy import SETTLE, rms_error
 from vision_s2r.statistics import Bootstrap
 
 
@@ -44,27 +45,33 @@ def torque_errors(
 
 
 def transfer(
-    own: Mapping[str, Sequence[DriveLog]], drive: Mapping[str, Sequence[DriveLog]], tolerance: float, sample_time: float
-) -> dict[str, dict[str, Any]]:
-    """By simulator, how its controllers [S] do on references [M] in it (`own`) and on the drive.
+    own: Mapping[MotorModel, Sequence[DriveLog]],
+    drive: Mapping[MotorModel, Sequence[DriveLog]],
+    tolerance: float,
+    sample_time: float,
+) -> list[dict[str, Any]]:
+    """For each model, how policies [S] trained with it do on references [M] in its simulator (`own`) and on the drive.
 
-    A controller transfers to the drive, on a reference, where its error there is at most 1 + `tolerance` times that in
-    its own simulator. The last simulator is the drive itself: what can be had.
+    A policy transfers, on a reference, where its error on the drive is at most 1 + `tolerance` times that in its own
+    simulator. The last model is the drive itself: what can be had.
     """
-    here = {name: np.array([rms_error(log, sample_time) for log in logs]) for name, logs in own.items()}
-    there = {name: np.array([rms_error(log, sample_time) for log in logs]) for name, logs in drive.items()}
-    last = list(there)[-1]
-    bootstrap = Bootstrap(there[last].shape[1])
-    found = {}
-    for name in there:
-        transferred = there[name] <= (1 + tolerance) * here[name]
-        found[name] = {
-            "own_error": float(here[name].mean()),
-            "drive_error": float(there[name].mean()),
-            "over_tuned_on_drive": asdict(bootstrap.ratio(there[name], there[last])),
+    here = {model: np.array([rms_error(log, sample_time) for log in logs]) for model, logs in own.items()}
+    there = {model: np.array([rms_error(log, sample_time) for log in logs]) for model, logs in drive.items()}
+    last = there[list(there)[-1]]
+    bootstrap = Bootstrap(last.shape[1])
+    found = []
+    for model in there:
+        transferred = there[model] <= (1 + tolerance) * here[model]
+        row = {
+            "model": model.name,
+            "minutes": model.minutes,
+            "own_error": float(here[model].mean()),
+            "drive_error": float(there[model].mean()),
+            "over_trained_on_drive": asdict(bootstrap.ratio(there[model], last)),
             "transferred": asdict(bootstrap.success(transferred)),
             "count": int(transferred.sum()),
             "of": transferred.size,
-            "drive_error_by_seed": there[name].mean(axis=1).tolist(),
+            "drive_error_by_seed": there[model].mean(axis=1).tolist(),
         }
+        found.append(row)
     return found

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vision_s2r.actuator.config import ActuatorTaskConfig, LogsConfig
+from vision_s2r.actuator.config import ActuatorTaskConfig, DriveConfig, LogsConfig
 
 SINES = 3  # of a task
 SWEEPS = 2  # of a logged motion
@@ -19,10 +19,6 @@ class References:
     velocity: np.ndarray
     acceleration: np.ndarray
     payload: np.ndarray
-
-    def tiled(self, times: int) -> "References":
-        """All motions, `times` over."""
-        return References(*(np.concatenate([part] * times) for part in vars(self).values()))
 
 
 def sweeps(cfg: LogsConfig, motions: int, sample_time: float, rng: np.random.Generator) -> References:
@@ -43,9 +39,12 @@ def sweeps(cfg: LogsConfig, motions: int, sample_time: float, rng: np.random.Gen
     return References(position + dither, velocity, acceleration, rng.uniform(-cfg.payload, cfg.payload, motions))
 
 
-def tasks(cfg: ActuatorTaskConfig, motions: int, sample_time: float, rng: np.random.Generator) -> References:
-    """Sums of sines of random frequencies, whose accelerations, rather than amplitudes, are of random size."""
-    t = np.arange(round(cfg.seconds / sample_time)) * sample_time
+def tasks(cfg: ActuatorTaskConfig, motions: int, drive: DriveConfig, rng: np.random.Generator) -> References:
+    """Sums of sines of random frequencies, whose accelerations, rather than amplitudes, are of random size.
+
+    What asks more of the nominal drive's motor than `effort` is made smaller.
+    """
+    t = np.arange(round(cfg.seconds / drive.sample_time)) * drive.sample_time
     position, velocity, acceleration = np.zeros((3, motions, len(t)))
     for _ in range(SINES):
         rate = 2 * np.pi * _logarithmic(cfg.frequency, motions, rng)
@@ -55,7 +54,11 @@ def tasks(cfg: ActuatorTaskConfig, motions: int, sample_time: float, rng: np.ran
         position += amplitude * np.sin(phase)
         velocity += amplitude * rate * np.cos(phase)
         acceleration -= amplitude * rate**2 * np.sin(phase)
-    return References(position, velocity, acceleration, rng.uniform(-cfg.payload, cfg.payload, motions))
+    payload = rng.uniform(-cfg.payload, cfg.payload, motions)
+    asked = np.abs(drive.inertia * acceleration + drive.viscous_damping * velocity).max(axis=1)
+    left = cfg.effort * drive.torque_limit - drive.coulomb_friction - np.abs(payload)
+    share = np.clip(left / asked, 0, 1)[:, None]
+    return References(share * position, share * velocity, share * acceleration, payload)
 
 
 def _logarithmic(ends: Sequence[float], count: int, rng: np.random.Generator) -> np.ndarray:

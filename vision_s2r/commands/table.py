@@ -271,11 +271,11 @@ _ALL = (
     Command(
         "actuator",
         DYNAMICS,
-        "An actuator network in the motor's place, and controllers that transfer because of it",
+        "An actuator network in the motor's place, and policies that transfer because of it",
         "vision_s2r.actuator.run:run",
         schema="vision_s2r.actuator.config:ActuatorConfig",
         config="actuator",
-        examples=(("actuator=small out=outputs/actuator", "in a minute"),),
+        examples=(("actuator=small out=outputs/actuator", "in two minutes"),),
         result="picture",
     ),
     Command(

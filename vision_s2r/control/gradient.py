@@ -40,9 +40,7 @@ def learn(environment: SpeedTracking, training: GradientTrainingConfig, out: Pat
         machines.restore(state["machines"])
     while progress.steps < training.steps:
         machines.updated(policies.Policy(network))
-        done = progress.steps / training.steps
-        for group in optimizer.param_groups:
-            group["lr"] = training.learning_rate * max(LEAST_RATE, 0.5 * (1 + math.cos(math.pi * done)))
+        fall(optimizer, training.learning_rate, progress.steps / training.steps)
         errors = _episode(environment, network, optimizer, training.window)
         progress.episode(
             progress.steps + steps,
@@ -56,6 +54,12 @@ def learn(environment: SpeedTracking, training: GradientTrainingConfig, out: Pat
             },
         )
     return network
+
+
+def fall(optimizer: torch.optim.Optimizer, highest: float, done: float) -> None:
+    """Set the learning rate for when a share of the steps is `done`: half a cosine from the highest on."""
+    for group in optimizer.param_groups:
+        group["lr"] = highest * max(LEAST_RATE, 0.5 * (1 + math.cos(math.pi * done)))
 
 
 def begin(history: int, hidden: list[int]) -> policies.Network:
