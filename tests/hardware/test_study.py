@@ -1,6 +1,7 @@
 """Measured machines: diagnosed once, and tried on what no fit has seen."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,10 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
     assert [row[0].split(":")[0] for row in tables["alone"]["rows"]][-1] == "diagnosed" and rows["alone, all"][4] == "–"
     monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
     assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)} == tables
+    alone = replace(cfg, out=str(tmp_path / "alone"), diagnose=False, only=["axis"])
+    (identified,) = [json.loads(path.read_text()) for path in hardware.study(alone)]
+    assert [row[0] for row in identified["rows"]] == ["axis, one", "axis, two"]
+    assert all(row[4] < 0.2 for row in identified["rows"])
 
 
 def test_a_folder_without_logs_is_one_line(tmp_path):

@@ -22,7 +22,7 @@ class ParameterRange:
     high: float
     step: float
     log: bool = False
-    prior: float = math.inf  # standard deviation about where it starts; keeps what nothing shows where it was
+    prior: float = math.inf  # standard deviation about what is believed, or about where it starts if nothing is
     above: str | None = None  # nominal parameter that this one is measured from
 
     def coded(self, value: float) -> float:
@@ -51,7 +51,12 @@ class Coordinates(ABC):
     low: np.ndarray
     high: np.ndarray
     step: np.ndarray
-    prior: np.ndarray  # standard deviation
+    prior: np.ndarray  # standard deviation …
+    centre: np.ndarray  # … about this; NaN: about where a fit starts
+
+    def believed(self, start: np.ndarray) -> np.ndarray:
+        """Where [D] the prior of a fit from this point has its centre."""
+        return np.where(np.isnan(self.centre), start, self.centre)
 
     @abstractmethod
     def start(self, hypothesis: Hypothesis) -> np.ndarray:

@@ -104,7 +104,7 @@ class _Descent(Generic[S]):
         residuals = self.observer.residuals(self.space, points, self.data.episodes)
         values, scales = _costs(residuals, self.data)
         return [
-            _State(point, float(values[k]) + _prior(point, self.centre, self.space), scales[k], residuals[k : k + 1])
+            _State(point, float(values[k]) + surprise(point, self.centre, self.space), scales[k], residuals[k : k + 1])
             for k, point in enumerate(points)
         ]
 
@@ -123,7 +123,7 @@ class _Descent(Generic[S]):
 def _descend(
     observer: Residuals[S], space: S, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
-    descent = _Descent(observer, space, data, centre, stride)
+    descent = _Descent(observer, space, data, space.believed(centre), stride)
     found = descend(descent, descent.at(point[None])[0], iterations, RULE)
     return Fitted(found.point, found.cost, found.scale)
 
@@ -137,7 +137,8 @@ def _held_at_bounds(
     return curvature * np.outer(free, free), slope * free
 
 
-def _prior(point: np.ndarray, centre: np.ndarray, space: Coordinates) -> float:
+def surprise(point: np.ndarray, centre: np.ndarray, space: Coordinates) -> float:
+    """What the prior about `centre` [D] has against a point [D], nats."""
     return 0.5 * float((((point - centre) / space.prior) ** 2).sum())
 
 

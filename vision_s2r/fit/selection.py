@@ -8,7 +8,7 @@ import numpy as np
 
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
 from vision_s2r.fit.likelihood import influence, normal_equations
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, trials
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, surprise, trials
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
@@ -86,7 +86,9 @@ class Fitter(ABC, Generic[S]):
         space, point, curvature, slope = self.derived(hypothesis)
         part = list(segments)
         bend = curvature[part].sum(axis=0) + np.diag(space.prior**-2.0)
-        tried = np.concatenate([point[None], trials(point, bend, slope[part].sum(axis=0), SHIFTS, space)])
+        believed = space.believed(point)
+        pull = slope[part].sum(axis=0) + (believed - point) * space.prior**-2.0
+        tried = np.concatenate([point[None], trials(point, bend, pull, SHIFTS, space)])
         values, scales = costs(self.runs, space, data, tried)
-        best = int(np.argmin(values))
+        best = int(np.argmin(values + [surprise(each, believed, space) for each in tried]))
         return space.hypothesis(tried[best], {SCALE: scales[best]})

@@ -17,6 +17,9 @@ class HardwareConfig:
         "outputs/hardware", "Folder of recordings/, reports/ and tables; what is measured there is not measured again."
     )
     only: list[str] = option([], "Measure now only what has one of these in its name (so101/Wrist_Roll); empty: all.")
+    diagnose: bool = option(
+        True, "Diagnose each; false: only identify the nominal values, in seconds, and try them on the others."
+    )
     jobs: int = option(1, "Threads of a diagnosis.", low=1)
 
 

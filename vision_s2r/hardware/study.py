@@ -15,7 +15,7 @@ from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
-from vision_s2r.hardware.tables import friction_table, table
+from vision_s2r.hardware.tables import friction_table, identified_table, table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
@@ -31,6 +31,7 @@ MODELS: dict[str, Names] = {
     "M3 and back-EMF": frozenset({"back_emf", "load_dependent_friction"}),
 }
 FREE = frozenset({"inertia", "viscous_damping", "coulomb_friction"})  # beside them, and a servo's gains
+IDENTIFIED = "identified.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
 
@@ -50,6 +51,10 @@ def study(cfg: HardwareConfig) -> list[Path]:
     ]
     for machine, motion in tracked(wanted, len(wanted), "recordings"):
         folder = out / "reports" / machine.name / motion.replace(" ", "_")
+        if not cfg.diagnose:
+            if not (folder / IDENTIFIED).exists():
+                _write(folder / IDENTIFIED, _identified(machine, motion))
+            continue
         if not (folder / "measured.json").exists():
             _write(folder / "measured.json", _measured(machine, motion, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
@@ -61,7 +66,9 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     experts = {machine.name: machine.expert for machine in found}
     files = sorted(each for each in out.glob("reports/**/measured.json"))
     done = {each.parent: measured for each in files if (measured := _read(each))["machine"] in experts}
-    tables = {"hardware": table(list(done.values()), experts)}
+    tables = {"hardware": table(list(done.values()), experts)} if done else {}
+    if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
+        tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
     for folder, measured in done.items():
         if (folder / "left_out.json").exists() and (errors := _read(folder / "left_out.json")):
             tables[Path(measured["machine"]).name] = friction_table(measured, errors)
@@ -109,6 +116,29 @@ def _measured(machine: MachineRecordings, motion: str, folder: Path, jobs: int) 
             if isinstance(other, JointRecording)
         },
         "seconds": seconds,
+    }
+
+
+def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
+    """The nominal values that one recording asks for, and errors on all."""
+    recordings = {
+        name: each for name, path in machine.recordings.items() if isinstance(each := read(path), JointRecording)
+    }
+    started = time.process_time()
+    case = JointCase(recordings[motion], {effect.name: effect for effect in JOINT_EFFECTS})
+    found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), NOMINAL)
+    return {
+        "machine": machine.name,
+        "motion": motion,
+        "parameters": {
+            name: {key: [value, *case.intervals(found)[name][key]] for key, value in each.items()}
+            for name, each in found.values.items()
+        },
+        "errors": {
+            name: {"believed": _error(each, {}), "identified": _error(each, found.values)}
+            for name, each in recordings.items()
+        },
+        "seconds": time.process_time() - started,
     }
 
 

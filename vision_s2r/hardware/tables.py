@@ -43,6 +43,41 @@ def table(measured: Sequence[Mapping[str, Any]], experts: Mapping[str, str]) -> 
     }
 
 
+def identified_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Nominal values of each recording, tried on the others of its machine; none of a machine with one recording."""
+    rows: list[list[Any]] = []
+    for each in identified:
+        errors = dict(each["errors"])
+        own = errors.pop(each["motion"])
+        if not errors:
+            continue
+        means = [float(np.mean([other[key] for other in errors.values()])) for key in ("believed", "identified")]
+        rows.append(
+            [
+                f"{each['machine']}, {each['motion']}",
+                _three(1e3 * own[key] for key in ("believed", "identified")),
+                _three(1e3 * mean for mean in means),
+                ", ".join(f"{1e3 * other['identified']:.1f}" for other in errors.values()),
+                round(means[1] / means[0], 2),
+                round(each["seconds"], 1),
+            ]
+        )
+    return {
+        "command": "vision-s2r hardware path=DIR diagnose=false",
+        "source": "nominal values that one recording asks for; mean absolute error in free run, nothing refitted, "
+        "servos by position (mrad), others by velocity (mm/s or mrad/s); seconds of processor time",
+        "columns": [
+            "identified from",
+            "itself: believed / identified",
+            "mean of the others: the same",
+            "each of the others",
+            "identified ÷ believed",
+            "s",
+        ],
+        "rows": rows,
+    }
+
+
 def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Logs left out in turn: mean absolute errors under friction models, and under what the diagnosis names."""
     count = len(next(iter(errors.values()))["errors"])

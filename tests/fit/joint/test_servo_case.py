@@ -10,6 +10,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
@@ -139,3 +140,37 @@ def test_a_load_that_swings_while_the_drive_is_off_is_found_from_far():
     case = open_case(a_servo(50.0, effects, seconds=6.0, on=np.where(np.arange(300) < 60, 1.0, 0.0)))
     found = case.fit(case.refitted, range(case.segments), None).values
     assert {name: found[name]["value"] for name in truth} == pytest.approx(truth, rel=0.05)
+
+
+def test_what_short_steps_do_not_show_stays_near_what_was_believed():
+    """Weight and friction would do the work of what the simulator lacks, and be wrong wherever the joint goes else."""
+    lacking = {"acceleration_limit": {"value": 60.0}, "latency": {"delay": 0.03}}
+    jumps = 0.12 * np.repeat(np.random.default_rng(3).choice([-1.0, 1.0], (5, 8)), 25, axis=1)
+    jumps[:, 0] = 0.0
+    sines = 0.8 * np.sin(np.array([[0.8], [1.3], [0.5], [1.0], [0.6]]) * np.arange(200) * 0.02)
+    recording, other = run(jumps, lacking, 50.0), run(sines, lacking, 50.0)
+    case = open_case(recording)
+    found = case.fit(case.refitted, range(case.segments), None)
+    believed, identified = (
+        [np.nanmean(np.sqrt(gap_errors(each, free_run(each, given)))) for each in (recording, other)]
+        for given in ({}, found.values)
+    )
+    assert (np.array(identified) < 0.7 * np.array(believed)).all()
+    for name, ends in case.intervals(
+        found
+    ).items():  # the truth, but for damping: the bus and the limit delay as it does
+        assert ends["value"][0] < NOMINAL[name] < ends["value"][1] or name in ("viscous_damping", "inertia")
+
+
+def test_rests_that_are_met_to_the_digit_do_not_hold_a_fit():
+    """Nor does what is believed: dry friction ten times as large is found, although most samples are at rest."""
+    truth = {"coulomb_friction": {"value": 0.5}, "bias_torque": {"value": -0.5}, "latency": {"delay": 0.02}}
+    jumps = np.repeat(np.random.default_rng(5).uniform(-0.15, 0.15, (5, 6)), 50, axis=1)
+    jumps[:, :10] = 0.0
+    recording = run(jumps, truth, 50.0)
+    recording = replace(recording, position=0.0015 * np.round(recording.position / 0.0015))
+    case = open_case(recording)
+    assert case._fitter.floor.scale[0] > 0.5 * 0.0015**2 / 12
+    found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), None).values
+    for name in ("coulomb_friction", "bias_torque"):
+        assert found[name]["value"] == pytest.approx(truth[name]["value"], rel=0.02)

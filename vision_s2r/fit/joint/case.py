@@ -42,6 +42,7 @@ NEVER_OFF = "the drive is never off: it is one with viscous damping"
 NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
+DIFFERENT = 30  # samples at most, that say something different of a simulator which lacks something
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
@@ -122,6 +123,7 @@ class JointCase:
         self._unremarkable = self._expected + self._skewed()  # of one that is no gap
         residuals = self._fitter.residuals(best, range(self.segments))
         self._temper = 1 / memory(residuals, track.lengths)
+        self._fitter = self._make_fitter(track, self._repeats(residuals), base)
         self._floor = GAUSSIAN * self._expected
         self._gap = FreeRunGap(self._fitter, noise, self._grid)
         self._labels, self._owners = uncertainty.blocks(track.segment, int(max(BLOCK, 5 / self._temper.min())))
@@ -133,11 +135,15 @@ class JointCase:
         """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
         return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
 
-    def _make_fitter(self, track: JointTrack) -> JointFitter:
+    def _make_fitter(self, track: JointTrack, repeats: float = 1.0, first: Hypothesis | None = None) -> JointFitter:
         observer = Observer(track, self._substeps, fast_noise(track.position))
         rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
-        loose = Floor(LOUD * rough + 1e-24, np.ones(observer.channels))
-        return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None)
+        # What is shown in steps is often met to the digit at rest: no sample is surer than its rounding.
+        steps = resolved(observer.seen)
+        if self._grid:
+            steps[0] = max(steps[0], self._grid.resolution)
+        loose = Floor(np.maximum(LOUD * rough, GAUSSIAN * steps**2 / 12), np.ones(observer.channels))
+        return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None, repeats, first)
 
     def _coarsen(self, base: Hypothesis) -> None:
         """Take the longest steps of the integrator whose error is nothing beside the noise."""
@@ -177,6 +183,17 @@ class JointCase:
         """Whether these residuals are about as large as noise makes them."""
         squares = np.minimum(residuals[self.track.segment >= 0] ** 2, WINSOR * noise).mean(axis=0)
         return bool((squares < QUIET * noise * inflation(self._fitter, hypothesis, noise)).all())
+
+    def _repeats(self, residuals: np.ndarray) -> float:
+        """Samples that say what one says of a simulator that leaves these residuals [E, T, channels].
+
+        Noise is new after a while. The error of a simulator that lacks something comes again wherever the motion does:
+        a hundred steps of one height say what one of them says (Miller and Dunson 2019 raise the likelihood to a power
+        likewise).
+        """
+        squares = np.minimum(residuals[self.track.segment >= 0] ** 2 / self._expected, WINSOR)
+        lacking = 1 - 1 / max(float(squares.mean()), 1.0)
+        return 1 / float(self._temper.max()) + lacking * len(squares) / DIFFERENT
 
     def _skewed(self) -> np.ndarray:
         """Mean square residual [channels] of positions that are SKEW late.

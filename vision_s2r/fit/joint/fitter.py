@@ -12,7 +12,7 @@ from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.fit.likelihood import influence, profile
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize, surprise
 from vision_s2r.fit.selection import SCALE, Fitter
 from vision_s2r.joint import DYNAMICS
 
@@ -37,13 +37,38 @@ class JointFitter(Fitter[JointSpace]):
     assumed = frozenset({*DYNAMICS, "encoder_quantization"})
     iterations = 10
 
-    def __init__(self, track: JointTrack, observer: Observer, floor: Floor, resolution: float | None) -> None:
+    def __init__(
+        self,
+        track: JointTrack,
+        observer: Observer,
+        floor: Floor,
+        resolution: float | None,
+        repeats: float = 1.0,  # samples that say what one says
+        first: Hypothesis | None = None,  # fitted when little was believed
+    ) -> None:
         super().__init__()
         self.runs, self.count = observer, track.count
         self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
+        self.repeats, self.first = repeats, first
         self._screened: dict[object, tuple[float, Fitted]] = {}
         self._started: dict[object, tuple[float, float, list[np.ndarray]]] = {}
         self._sloped: tuple[object, tuple[np.ndarray, np.ndarray]] = None, (np.empty(0), np.empty(0))
+
+    def fit(self, names: Names, segments: Sequence[int], start: Hypothesis | None) -> Hypothesis:
+        """The likeliest hypothesis; where there is none to start from, from nominal values and from the first fit.
+
+        What is believed holds a descent from nominal values back behind a bend in the likelihood.
+        """
+        found = super().fit(names, segments, start)
+        if self.first is None or (start and start.values):
+            return found
+        return min(found, super().fit(names, segments, self.first.only(names)), key=lambda h: self._cost(h, segments))
+
+    def _cost(self, hypothesis: Hypothesis, segments: Sequence[int]) -> float:
+        space = self.space(names_of(hypothesis))
+        point = space.start(hypothesis)
+        likelihood = costs(self.observer, space, self.data(segments), point[None])[0][0]
+        return float(likelihood) + surprise(point, space.believed(point), space)
 
     def data(self, segments: Iterable[int]) -> Data:
         """The samples of these segments, of the episodes that hold them."""
@@ -54,7 +79,7 @@ class JointFitter(Fitter[JointSpace]):
 
     def space(self, names: Iterable[str]) -> JointSpace:
         """The coordinates of these names."""
-        return JointSpace(frozenset(names), self.track, self.observer.noise, self.resolution)
+        return JointSpace(frozenset(names), self.track, self.observer.noise, self.resolution, self.repeats)
 
     def names_of(self, hypothesis: Hypothesis) -> Names:
         """Effects and discrepancies of a hypothesis."""

@@ -32,7 +32,14 @@ class JointCoordinate(ParameterRange):
 class JointSpace(Coordinates):
     """The coordinates of a set of names on a track."""
 
-    def __init__(self, names: frozenset[str], track: JointTrack, noise: float, resolution: float | None = None) -> None:
+    def __init__(
+        self,
+        names: frozenset[str],
+        track: JointTrack,
+        noise: float,
+        resolution: float | None = None,
+        repeats: float = 1.0,  # samples that say what one says: nominal parameters are believed that much more
+    ) -> None:
         self.track, self._resolution = track, resolution
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
@@ -57,6 +64,12 @@ class JointSpace(Coordinates):
             )
             for what in ("low", "high", "step", "prior")
         )
+        nominal = [
+            c.coded(getattr(track.nominal, c.effect)) if c.effect in DYNAMICS else np.nan for c in self.coordinates
+        ]
+        self.centre = np.append(nominal, np.full(self.size - len(nominal), np.nan))
+        self.repeats = np.where(np.isnan(self.centre), 1.0, repeats)  # [D]
+        self.prior /= np.sqrt(self.repeats)
 
     @property
     def tables(self) -> Tables | None:

@@ -133,6 +133,7 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     space = of.space
     count = len(of.segment)
     inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
+    inner += np.diag(space.repeats * space.prior**-2.0)  # what is believed is as uncertain as the prior says
     to_machine = _to_machine(space)
     plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
     quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))

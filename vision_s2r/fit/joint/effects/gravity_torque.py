@@ -10,7 +10,7 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
-    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, s.peak_torque)]
+    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:

@@ -10,7 +10,7 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     nominal = track.nominal.inertia
-    return [log("value", max(nominal / 20, track.least_inertia), nominal * 20, prior=2.0)]
+    return [log("value", max(nominal / 20, track.least_inertia), nominal * 20, prior=0.4)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:

@@ -10,7 +10,7 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     nominal = track.nominal.proportional_gain or 1.0
-    return [log("value", nominal / 10, nominal * 10)]
+    return [log("value", nominal / 10, nominal * 10, prior=0.7)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:

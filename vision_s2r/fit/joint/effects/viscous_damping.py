@@ -10,7 +10,8 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
-    return [linear("value", 0.0, 20 * (s.damping + track.nominal.viscous_damping), s.damping, 3 * s.damping)]
+    nominal = track.nominal.viscous_damping
+    return [linear("value", 0.0, 20 * (s.damping + nominal), s.damping, 0.5 * nominal or 0.1 * s.damping)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
