@@ -98,7 +98,8 @@ def _diagnosis(cfg: CloseGapStudyConfig, robot: Withheld, folder: Path) -> Path:
     """The report (JSON) of a robot's recording, made once."""
     path = folder / "diagnosis" / "report.json"
     if not path.exists():
-        settings = compose(DiagnoseConfig, "diagnose", [f"jobs={cfg.jobs}", f"seed={cfg.seed}"])
+        same = [f"{key}={getattr(cfg, key)}" for key in ("jobs", "backend", "seed")]
+        settings = compose(DiagnoseConfig, "diagnose", same)
         diagnose_all(replace(settings, recording=str(robot.recording), out=str(path.parent)))
     return path
 

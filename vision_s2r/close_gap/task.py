@@ -65,7 +65,7 @@ class Task:
                 (self.scenes.cfg, state, grasp, robot, way.tuning)
                 for state, grasp in zip(self.scenes.states, np.asarray(grasps, np.float64), strict=True)
             )
-            cell = Cell(grasps, q, list(parallel.run(attempt, calls, self._cfg.jobs)))
+            cell = Cell(grasps, q, list(parallel.run(attempt, calls, self._cfg.jobs, self._cfg.backend)))
             cell.save(path, key)
         return cell.success
 

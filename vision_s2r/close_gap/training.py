@@ -92,7 +92,7 @@ def tried_again(cfg: CloseGapStudyConfig, views: Views, robots: Sequence[Machine
         grasps, states = views.all("grasps").numpy().astype(float), views.states()
         jobs = [(i, j) for i in range(len(states)) for j in range(grasps.shape[1])]
         calls = ((cfg.scene, states[i], grasps[i, j], robots[k % len(robots)], tuning) for k, (i, j) in enumerate(jobs))
-        held = [outcome.success for outcome in parallel.run(attempt, calls, cfg.jobs)]
+        held = [outcome.success for outcome in parallel.run(attempt, calls, cfg.jobs, cfg.backend)]
         out.mkdir(parents=True, exist_ok=True)
         partial = path.with_suffix(".partial.npz")
         np.savez(partial, success=np.array(held).reshape(grasps.shape[:2]))

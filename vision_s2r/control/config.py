@@ -7,6 +7,7 @@ from hydra.core.config_store import ConfigStore
 
 from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
+from vision_s2r.parallel import backend_option
 
 Effects = dict[str, dict[str, Any]]  # by effect and parameter: a number or [low, high]
 LEAST_RATE = 0.02  # of the learning rate, at the end of any training: the last bit of accuracy wants small steps
@@ -233,6 +234,7 @@ class ControlConfig:
     seed: int = option(0, "Of the first training.", low=0)
     seeds: int = option(3, "How many trainings (seed, seed + 1, …) of each policy.", low=1)
     jobs: int = option(2, "Trainings at a time.", low=1)
+    backend: str = backend_option()
     nominal: JointConfig = option(JointConfig, "The joint as the simulator believes it to be.")
     truth: Effects = option(
         {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}},

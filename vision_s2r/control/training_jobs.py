@@ -80,7 +80,7 @@ def trained_on(
         )
         for name, seed in jobs
     )
-    paths = parallel.run(_one, calls, cfg.jobs)
+    paths = parallel.run(_one, calls, cfg.jobs, cfg.backend)
     found: dict[str, list[Policy]] = {name: [] for name in sources}
     for (name, _), path in zip(jobs, paths, strict=True):
         found[name].append(Policy.load(path, cfg.task))

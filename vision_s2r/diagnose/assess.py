@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import joblib
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
@@ -157,4 +157,4 @@ class Assessor:
         return Assessment(names, whole, tuple(folds), blocks, excess)
 
     def _parallel(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
-        return joblib.Parallel(self._jobs, prefer="threads")(joblib.delayed(function)(*call) for call in calls)
+        return list(parallel.run(function, calls, self._jobs, threads=True))

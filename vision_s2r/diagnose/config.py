@@ -6,6 +6,7 @@ from typing import Any
 from hydra.core.config_store import ConfigStore
 
 from vision_s2r.options import option, validate
+from vision_s2r.parallel import backend_option
 from vision_s2r.recording.folders import folders
 
 
@@ -54,6 +55,7 @@ class DiagnoseConfig:
     recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
     out: str = option("outputs/diagnosis", "Folder of the report; of several recordings, each gets a folder in it.")
     jobs: int = option(2, "Processes for several recordings, threads for one.", low=1)
+    backend: str = backend_option()
     seed: int = option(0, "Of the bootstrap; the same seed gives the same report, whatever the number of jobs.", low=0)
     withhold: list[str] = option([], "Effects that the diagnosis is to know nothing of, by name.")
     sensitivity: str = option(

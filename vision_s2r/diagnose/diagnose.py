@@ -175,7 +175,7 @@ def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
     outs = outputs(cfg.out, given)
     processes, threads = (cfg.jobs, 1) if len(given) > 1 else (1, cfg.jobs)
     calls = ((*each, cfg, threads) for each in zip(given, outs, strict=True))
-    done = parallel.run(_diagnose_into, calls, processes)
+    done = parallel.run(_diagnose_into, calls, processes, cfg.backend)
     return list(tracked(done, len(given), "recordings"))
 
 

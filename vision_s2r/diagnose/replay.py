@@ -40,6 +40,7 @@ class ReplayConfig:
     report: str = option("", "The report.json of a diagnosis of the same machine.")
     out: str = option("outputs/replay", "Folder of the replay; of several recordings, each gets a folder in it.")
     jobs: int = option(2, "Recordings at a time.", low=1)
+    backend: str = parallel.backend_option()
     seed: int = option(0, "Of the noise in the pictures `after`; the same seed gives the same pictures.", low=0)
 
 
@@ -59,7 +60,7 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
     report = read_report(cfg.report)
     outs = outputs(cfg.out, given)
     calls = ((*each, report, cfg.seed) for each in zip(given, outs, strict=True))
-    done = parallel.run(_replay_into, calls, min(cfg.jobs, len(given)))
+    done = parallel.run(_replay_into, calls, min(cfg.jobs, len(given)), cfg.backend)
     return list(tracked(done, len(given), "recordings"))
 
 
