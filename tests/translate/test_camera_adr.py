@@ -36,7 +36,7 @@ class AStep:
 
     def __init__(self, index: int):
         self.index = index
-        self.generator = generator(0, index)
+        self.shared = generator(0, index)
 
     def optimize(self, loss: torch.Tensor, *names: str) -> None: ...
 

@@ -125,8 +125,11 @@ class _Step:
     def __init__(self, fabric: "Fabric", method: Method, clip: float, index: int, progress: float, seed: int):
         self.index = index
         self.progress = progress
-        self.generator = generator(STEP, seed, index, fabric.global_rank)
+        self.generator, self.shared = (generator(STEP, seed, index, rank) for rank in (fabric.global_rank, 0))
         self._fabric, self._method, self._clip = fabric, method, clip
+
+    def rows(self, count: int) -> tuple[int, Tensor]:
+        return count * self._fabric.world_size, count * self._fabric.global_rank + torch.arange(count)
 
     def optimize(self, loss: Tensor, *names: str) -> None:
         networks, optimizers = self._method.networks, self._method.optimizers

@@ -21,7 +21,16 @@ class Step(Protocol):
 
     index: int  # 0 for the first
     progress: float  # part of the run that is done, [0, 1]
-    generator: torch.Generator  # on the CPU, a function of (seed, step, rank): the only randomness of a step
+    # On the CPU, functions of (seed, step, rank) and of (seed, step): the only randomness of a step.
+    generator: torch.Generator
+    shared: torch.Generator
+
+    def rows(self, count: int) -> tuple[int, Tensor]:
+        """Samples of all ranks where each has `count`, and which are this rank's, int64 [count].
+
+        A step whose draws are from `shared`, for all samples, and of which a rank takes its rows, is the same on any
+        number of processes.
+        """
 
     def optimize(self, loss: Tensor, *names: str) -> None:
         """One update of the networks `names` down the gradient of `loss`, a scalar.

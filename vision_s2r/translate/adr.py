@@ -28,8 +28,8 @@ class CameraAdr:
     """The ranges, and what is measured at their boundaries when.
 
     How often an effect is on, and values that no limit is given for, are as `camera` has them. Training draws are a
-    function of the step's generator and the ranges. Those at boundaries are the same in all processes, which therefore
-    keep the same ranges. Raises UserError for limits that cannot be.
+    function of the step's shared generator and the ranges. Those at boundaries are the same in all processes, which
+    therefore keep the same ranges. Raises UserError for limits that cannot be.
     """
 
     def __init__(self, cfg: CameraAdrConfig, camera: Camera, views: ViewSource, seed: int, out: Path) -> None:
@@ -46,9 +46,9 @@ class CameraAdr:
     def sample(self, step: Step, batch: int, size: int) -> CameraParameters:
         """Parameters for the pictures of a training step, `size` px high and wide."""
         self._steps = step.index + 1
-        rng = np.random.default_rng(int(torch.randint(2**62, (1,), generator=step.generator)))
+        rng = np.random.default_rng(int(torch.randint(2**62, (1,), generator=step.shared)))
         given = _tensors(self.ranges.sample(batch, rng))
-        return self.camera.sample(batch, step.generator, size, size, given)
+        return self.camera.sample(batch, step.shared, size, size, given)
 
     def due(self, step: Step) -> bool:
         """Whether the boundaries are measured at this step."""

@@ -159,7 +159,8 @@ class Rcan(Method):
         """The terms that compare the pictures as frozen networks see them, without their weights."""
         found, pictures = {}, (output["canonical"], target["canonical"])
         if self._frozen_q and self._cfg.loss.perceptual > 0:
-            grasps = self._frozen_q.grasps(len(pictures[0]), step.generator).to(self.device)
+            whole, rows = step.rows(len(pictures[0]))
+            grasps = self._frozen_q.grasps(whole, step.shared)[rows].to(self.device)
             where = target["intrinsics"], target["extrinsics"], grasps
             found["perceptual"] = losses.perceptual(*(self._frozen_q.activations(each, *where) for each in pictures))
         if self._vgg:
@@ -169,9 +170,10 @@ class Rcan(Method):
     def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
         """What the camera does to the pictures of a training step."""
         count, size = batch["canonical"].shape[:2]
+        whole, rows = step.rows(count)
         if self._adr:
-            return self._adr.sample(step, count, size)
-        return self._camera.sample(count, step.generator, size, size)
+            return self._adr.sample(step, whole, size).select(rows)
+        return self._camera.sample(whole, step.shared, size, size).select(rows)
 
     @torch.no_grad()
     def _probe(self, adr: CameraAdr, step: Step) -> None:
