@@ -5,7 +5,7 @@ STAMP := $(VENV)/installed
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo dynamics test test-all check lint dist docs docs-serve emps bench clean
+.PHONY: help setup demo dynamics test test-all check lint audit dist docs docs-serve emps bench clean
 
 help: ## list the commands
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -43,6 +43,10 @@ lint: setup ## lint, format, types, and no secrets in any file
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy vision_s2r scripts
 	git ls-files -z | grep -zvE '\.(png|jpg|ipynb|safetensors|csv)$$' | xargs -0 $(BIN)/detect-secrets-hook --no-verify
+
+audit: setup ## known vulnerabilities of the pinned packages; asks the package index, so it needs a network
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[audit]"
+	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip --strict
 
 docs: setup ## the documentation, into build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet
