@@ -7,10 +7,15 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
+import hydra
 import pytest
+from omegaconf import open_dict
 
 from vision_s2r import parallel
+from vision_s2r.commands.main import main
 from vision_s2r.errors import UserError
+from vision_s2r.paths import CONFIGS
+from vision_s2r.reliability.tasks import DATA, TASKS, hashes
 from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.render.manifest import Manifest
 from vision_s2r.scene import SceneConfig
@@ -71,6 +76,58 @@ def test_a_cluster_renders_the_same_bytes(cluster, tmp_path, capfd):
     for path in (tmp_path / "one").glob("shard-*"):
         assert path.read_bytes() == (tmp_path / "two" / path.name).read_bytes()
     assert "4/4" in capfd.readouterr().err  # the bar
+
+
+@pytest.fixture(scope="module")
+def command(tmp_path_factory):
+    """Runs a small command with more words, in a folder of this name; returns the hashes of its result."""
+    data = tmp_path_factory.mktemp("data")
+
+    def run(name, folder, *more):
+        task = TASKS[name]
+        if task.data and not (data / "policy-0").exists():
+            call(DATA.words(data, data))
+        call([*task.words(folder, data), *more])
+        return hashes(task, folder)
+
+    def call(words):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(sys, "argv", ["vision-s2r", *words])
+            main()
+
+    return run
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "more"),
+    [
+        ("gapbench", ["backend=ray", "jobs=2"]),
+        ("ablate", ["backend=ray", "jobs=2"]),
+        ("run", ["backend=ray", "jobs=2", "evaluate.backend=ray", "evaluate.workers=2"]),  # two seeds, and their grasps
+    ],
+)
+def test_a_cluster_comes_to_the_same_files(command, cluster, tmp_path, name, more):
+    assert command(name, tmp_path / "ray", *more) == command(name, tmp_path / "local") != {}
+
+
+@pytest.mark.slow
+def test_a_sweep_is_jobs_of_submitit_that_come_to_the_same_files(command, tmp_path):
+    pytest.importorskip("submitit", reason="the extra `slurm` is not installed")
+    jobs = ["jobs=2", "hydra/launcher=submitit_local", f"hydra.launcher.submitit_folder={tmp_path}/said/%j"]
+    assert command("ablate", tmp_path / "jobs", *jobs) == command("ablate", tmp_path / "local") != {}
+    seeds = command("translate", tmp_path / "seeds", "--multirun", "seed=0,1", *jobs)
+    command("translate", tmp_path / "alone", "seed=1")
+    assert seeds == command("translate", tmp_path / "alone", "seed=0") and len(seeds) > 4
+
+
+def test_jobs_of_slurm_are_as_many_at_a_time_as_asked_for():
+    pytest.importorskip("submitit", reason="the extra `slurm` is not installed")
+    with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
+        cfg = hydra.compose("config", ["hydra/launcher=slurm", "jobs=5"], return_hydra_config=True)
+    with open_dict(cfg):
+        cfg.hydra.runtime.output_dir = ""
+    assert cfg.hydra.launcher._target_.endswith("SlurmLauncher") and cfg.hydra.launcher.array_parallelism == 5
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ import signal
 import tempfile
 import traceback
 import warnings
-from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from copy import deepcopy
@@ -21,6 +20,8 @@ import numpy as np
 import yaml
 
 from vision_s2r.errors import UserError
+from vision_s2r.files import write
+from vision_s2r.progress import tracked
 from vision_s2r.reliability.samples import READERS, Reader
 
 OUTCOMES = {
@@ -32,6 +33,7 @@ OUTCOMES = {
     "code": "ran code",
 }
 HANGS = 60  # s, after which a reader counts as hanging
+NOTED = 1000  # inputs, after which what is known is noted
 TOKENS = (
     *(b"", b"nan", b"inf", b"-1e400", b"1e308", b"-1", b"0", b"0x1", b"1_0", b'"', b"'", b",", b";", b"\n", b"\r"),
     b"\0",
@@ -54,30 +56,47 @@ class Touch:
         return Path.touch, (self._path,)
 
 
-def fuzz(name: str, count: int, seed: int) -> dict[str, Any]:
-    """Read so many spoilt inputs of one reader; what came of them, and an example of each kind of failure."""
-    reader, outcomes = READERS[name], Counter[str]()
-    failures: dict[str, str] = {}
+def fuzz(name: str, count: int, seed: int, kept: Path) -> dict[str, Any]:
+    """Read so many spoilt inputs of one reader; what came of them, and an example of each kind of failure.
+
+    What is known so far is noted in the file `kept`, from where the same call goes on.
+    """
+    reader = READERS[name]
+    count //= reader.slow
+    nothing: dict[str, Any] = {"reader": name, "inputs": 0, "outcomes": {}, "failures": {}}
+    found = json.loads(kept.read_text()) if kept.exists() else nothing
     with tempfile.TemporaryDirectory() as folder:
-        whole, mark = Path(folder) / "whole", Path(folder) / "ran"
+        whole, spoilt, mark = (Path(folder) / each for each in ("whole", "spoilt", "ran"))
         whole.mkdir()
         reader.make(whole)
         if _outcome(reader, whole)[0] != "result":
             raise AssertionError(f"{name}: the input is refused before it is spoilt: {_outcome(reader, whole)}")
-        for k in range(count // reader.slow):
-            rng = np.random.default_rng([seed, k])
-            spoilt = Path(folder) / "spoilt"
-            shutil.rmtree(spoilt, ignore_errors=True)
-            shutil.copytree(whole, spoilt)
-            how = _spoil(spoilt, rng, mark)
-            outcome, why = _outcome(reader, spoilt)
-            if mark.exists():
-                outcome, why = "code", "code that came with the input was run"
-                mark.unlink()
-            outcomes[outcome] += 1
-            if outcome not in ("result", "line"):
-                failures.setdefault(why, f"input {k}: {how}")
-    return {"reader": name, "inputs": count // reader.slow, "outcomes": dict(outcomes), "failures": failures}
+        shutil.copytree(whole, spoilt)
+        starts = range(found["inputs"], count, NOTED)
+        for start in tracked(starts, len(starts), name):
+            for k in range(start, min(start + NOTED, count)):
+                outcome, why, how = _spoilt_outcome(reader, whole, spoilt, np.random.default_rng([seed, k]), mark)
+                found["outcomes"][outcome] = found["outcomes"].get(outcome, 0) + 1
+                if outcome not in ("result", "line"):
+                    found["failures"].setdefault(why, f"input {k}: {how}")
+            found["inputs"] = min(start + NOTED, count)
+            write(kept, json.dumps(found))
+    return found
+
+
+def _spoilt_outcome(
+    reader: Reader, whole: Path, spoilt: Path, rng: np.random.Generator, mark: Path
+) -> tuple[str, str, str]:
+    """Spoil one file of a copy, read it, and put it right again: the outcome, where, and how it was spoilt."""
+    path, how = _spoil(spoilt, rng, mark)
+    outcome, why = _outcome(reader, spoilt)
+    if mark.exists():
+        outcome, why = "code", "code that came with the input was run"
+        mark.unlink()
+    if path.is_dir():
+        path.rmdir()
+    shutil.copyfile(whole / path.relative_to(spoilt), path)
+    return outcome, why, how
 
 
 @contextmanager
@@ -110,7 +129,7 @@ def _outcome(reader: Reader, folder: Path) -> tuple[str, str]:
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)
         ours = next((each for each in reversed(place) if "vision_s2r" in each.filename), place[-1])
-        return "traceback", f"{type(error).__name__} in {Path(ours.filename).name}:{ours.lineno}: {str(error)[:120]}"
+        return "traceback", f"{type(error).__name__} in {Path(ours.filename).name}:{ours.lineno}"
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
@@ -120,8 +139,8 @@ def _hang(number: int, frame: FrameType | None) -> None:
     raise TimeoutError
 
 
-def _spoil(folder: Path, rng: np.random.Generator, mark: Path) -> str:
-    """Spoil one file of an input; returns how."""
+def _spoil(folder: Path, rng: np.random.Generator, mark: Path) -> tuple[Path, str]:
+    """Spoil one file of an input; returns which, and how."""
     paths = sorted(path for path in folder.rglob("*") if path.is_file())
     path = paths[rng.integers(len(paths))]
     ways = [_flipped, _flipped, _cut, _doubled, _token, _token, _token, _random]
@@ -131,14 +150,14 @@ def _spoil(folder: Path, rng: np.random.Generator, mark: Path) -> str:
     kind = int(rng.integers(len(ways) + 3))
     if kind < len(ways):
         path.write_bytes(ways[kind](path.read_bytes(), rng))
-        return f"{ways[kind].__name__} {path.name}"
+        return path, f"{ways[kind].__name__} {path.name}"
     if kind == len(ways):
         path.write_bytes(pickle.dumps({"step": Touch(mark)}))
-        return f"pickle {path.name}"
+        return path, f"pickle {path.name}"
     path.unlink()
     if kind == len(ways) + 1:
         path.mkdir()
-    return f"{'folder for' if path.exists() else 'without'} {path.name}"
+    return path, f"{'folder for' if path.exists() else 'without'} {path.name}"
 
 
 def _flipped(content: bytes, rng: np.random.Generator) -> bytes:
@@ -176,7 +195,7 @@ def _cell(content: bytes, rng: np.random.Generator) -> bytes:
 
 
 def _structured(content: bytes, rng: np.random.Generator) -> bytes:
-    tree = yaml.safe_load(content)
+    tree = yaml.load(content, yaml.CSafeLoader)
     for _ in range(rng.integers(1, 3)):
         _change(tree, rng)
     with suppress(ValueError, RecursionError):

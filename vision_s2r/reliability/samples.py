@@ -14,10 +14,10 @@ from vision_s2r.camera.config import load_config
 from vision_s2r.cli import compose
 from vision_s2r.config import Config
 from vision_s2r.contact import box
+from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.grasp import GraspPolicy
 from vision_s2r.imports import SOURCES, ImportOptions
 from vision_s2r.networks.unet import NetworkConfig, UNet
-from vision_s2r.paths import CONFIGS
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read, write
 from vision_s2r.recording.robot import read_robot
 from vision_s2r.render import RenderConfig, Views, render
@@ -33,6 +33,17 @@ from vision_s2r.translate import Translator
 TIMES = np.arange(120) * 0.01
 ARM = """<mujoco><worldbody><body><joint name="a" type="hinge" axis="0 1 0" range="-170 170"/>
 <geom type="capsule" size="0.02 0.1" mass="0.2"/></body></worldbody></mujoco>
+"""
+CAMERA = """# A camera
+reference_size: 128
+interpolation: bilinear
+effects:
+  lens_distortion:
+    # How often
+    probability: 0.5
+    k1: [-0.16, -0.06]
+    k2: 0.01
+  jpeg_compression: {quality: [35, 75]}
 """
 
 
@@ -138,14 +149,26 @@ def _read_report(folder: Path) -> None:
     html(report.to_dict(), {})
 
 
+def _camera(folder: Path) -> None:
+    (folder / "camera.yaml").write_text(CAMERA)
+
+
 def _overrides(folder: Path) -> None:
     lines = ["experiment=debug", "render.scenes=7", "camera=webcam", "evaluate.cameras=[webcam,harsh]", "seed=3"]
     (folder / "overrides.txt").write_text("\n".join(lines))
 
 
-def _compose(folder: Path) -> None:
-    path = folder / "overrides.txt"
-    compose(Config, overrides=path.read_text(errors="replace").splitlines() if path.is_file() else [])
+def _few_overrides(folder: Path) -> None:
+    lines = ["recording=[a,b]", "seed=3", "joint.evidence=4", "withhold=[backlash,latency]", "camera.most=2"]
+    (folder / "overrides.txt").write_text("\n".join(lines))
+
+
+def _compose(schema: type[Any], name: str) -> Callable[[Path], Any]:
+    return lambda folder: compose(schema, name, _lines(folder / "overrides.txt"))
+
+
+def _lines(path: Path) -> list[str]:
+    return path.read_text(errors="replace").splitlines() if path.is_file() else []
 
 
 def _lerobot(folder: Path) -> None:
@@ -186,16 +209,14 @@ READERS: dict[str, Reader] = {
     "recording of a robot": Reader(_robot, read_robot),
     "shards": Reader(_shards, _views),
     "checkpoint of a translator": Reader(_translator, lambda folder: Translator.load(folder / "best.safetensors")),
-    "checkpoint of a policy": Reader(_policy, lambda folder: GraspPolicy.load(folder / "best.safetensors")),
     "state of a training": Reader(_state, lambda folder: checkpoint.load_state(folder / "last.pt")),
     "report": Reader(_report, _read_report),
-    "camera's configuration": Reader(
-        lambda folder: shutil.copy(CONFIGS / "camera" / "webcam.yaml", folder / "camera.yaml"),
-        lambda folder: load_config(folder / "camera.yaml"),
-    ),
-    "overrides of a configuration": Reader(_overrides, _compose, slow=10),
+    "camera's configuration": Reader(_camera, lambda folder: load_config(folder / "camera.yaml")),
     "log in a table": Reader(_csv, _load("csv", "log.csv")),
     "log of SAGE": Reader(_sage, _load("sage")),
     "log of BAM": Reader(_bam, _load("bam")),
     "data set of LeRobot": Reader(_lerobot, _load("lerobot", "dataset")),
+    "checkpoint of a policy": Reader(_policy, lambda folder: GraspPolicy.load(folder / "best.safetensors")),
+    "overrides of a diagnosis": Reader(_few_overrides, _compose(DiagnoseConfig, "diagnose"), slow=10),
+    "overrides of a training": Reader(_overrides, _compose(Config, "config"), slow=100),
 }

@@ -3,6 +3,7 @@
 import base64
 import html as text
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -37,6 +38,7 @@ def html(report: Mapping[str, Any], figures: Mapping[str, Figure]) -> str:
     )
 
 
+@cache
 def environment() -> jinja2.Environment:
     """Templates of pages, with the filters that put numbers into words."""
     found = jinja2.Environment(
