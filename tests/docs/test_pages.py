@@ -63,7 +63,11 @@ def check(words: list[str]) -> None:
     if words[0] == "python":  # a script is a door to the command of its name
         assert (ROOT / words[1]).exists(), words
         words = ["vision-s2r", Path(words[1]).stem.replace("_", "-"), *words[2:]]
+    if words[0] == "torchrun":
+        words = ["vision-s2r", *words[words.index("vision_s2r") + 1 :]]
     assert words[0] == "vision-s2r", words
+    if "--multirun" in words:  # the first job of a sweep
+        words = [re.sub(r"=(\w+),.*", r"=\1", word) for word in words if word != "--multirun"]
     world.compose(words[1:])
 
 

@@ -22,14 +22,14 @@ LEFT = 60.0  # s in which the workers of a command that was killed are to be gon
 ENOUGH = "1g"  # of a disk
 
 
-@dataclass(frozen=True)
+@dataclass
 class Whole:
     """A task whose command ran to its end undisturbed."""
 
     task: Task
     data: Path
     said: Path
-    seconds: float
+    seconds: float  # that it takes at most
     size: int  # bytes of its folder
     hashes: dict[str, str]
 
@@ -48,12 +48,13 @@ Accident = Callable[[Whole, Path, np.random.Generator], dict[str, bool] | None]
 
 def killed(whole: Whole, folder: Path, rng: np.random.Generator) -> dict[str, bool] | None:
     """SIGKILL a command; None where it was through before its moment came."""
-    out, mark = folder / "out", str(folder)
+    out, mark, begun = folder / "out", str(folder), time.perf_counter()
     process = begin(whole.words(out), whole.said, mark)
     process.join(rng.uniform(0, whole.seconds))
     process.kill()
     process.join()
     if process.exitcode == 0:
+        whole.seconds = min(whole.seconds, time.perf_counter() - begun)
         return None
     gone = _left(mark) == []
     return {"identical": whole.again(out), "no workers left": gone}
@@ -77,7 +78,8 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
 
     What is known so far is noted in the file `kept`, from where the same call goes on; data to start from are beside.
     """
-    found = json.loads(kept.read_text()) if kept.exists() else {"command": name, "seed": seed, "times": 0, "tried": 0}
+    nothing: dict[str, Any] = {"command": name, "seed": seed, "times": 0, "tried": 0}
+    found = json.loads(kept.read_text()) if kept.exists() else nothing
     if found["times"] >= times:
         return found
     with tempfile.TemporaryDirectory() as folder:
