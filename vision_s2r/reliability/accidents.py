@@ -1,6 +1,7 @@
 """What happens to commands at random moments: SIGKILL, a full disk. Given again, the result is to be the same."""
 
 import json
+import logging
 import shutil
 import subprocess
 import tempfile
@@ -18,6 +19,7 @@ from vision_s2r.files import write
 from vision_s2r.progress import tracked
 from vision_s2r.reliability.tasks import DATA, MARK, TASKS, Task, begin, end, hashes
 
+log = logging.getLogger(__name__)
 LEFT = 60.0  # s in which the workers of a command that was killed are to be gone
 ENOUGH = "1g"  # of a disk
 
@@ -40,7 +42,11 @@ class Whole:
     def again(self, out: Path) -> bool:
         """Give the command again; whether it comes to the same."""
         end(self.words(out), self.said)
-        return hashes(self.task, out) == self.hashes
+        found = hashes(self.task, out)
+        for name in sorted(found.keys() | self.hashes.keys()):
+            if found.get(name) != self.hashes.get(name):
+                log.warning("%s: %s differs", " ".join(self.words(out)), name)
+        return found == self.hashes
 
 
 Accident = Callable[[Whole, Path, np.random.Generator], dict[str, bool] | None]

@@ -109,9 +109,13 @@ def _command(words: list[str], said: Path, mark: str) -> None:
 
 
 def hashes(task: Task, out: Path) -> dict[str, str]:
-    """Of each file of a command's result; of a training's state without the seconds it took."""
+    """Of each file of a command's result; of a training's state without the seconds it took.
+
+    What was being written when a command was killed stays beside it, and is no result.
+    """
     found = {}
-    for path in sorted({path for pattern in task.result for path in out.glob(pattern) if path.is_file()}):
+    paths = {path for pattern in task.result for path in out.glob(pattern) if path.is_file() and path.suffix != ".tmp"}
+    for path in sorted(paths):
         digest = hashlib.sha256()
         if path.name == LAST:
             _digest({key: value for key, value in load_state(path).items() if key != "seconds"}, digest.update)
