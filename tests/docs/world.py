@@ -47,7 +47,9 @@ def compose(words: list[str]) -> None:
     command = COMMANDS[" ".join(words[:size])]
     schema, name = command.load()[1] or CONFIGURATIONS[command.config], command.config
     parsed = OverridesParser.create().parse_overrides(words[size:])
-    groups = [each for each in parsed if (CONFIGS / str(each.key_or_group)).is_dir()]
+    names = {each.input_line: str(each.key_or_group) for each in parsed}
+    groups = [each for each in parsed if (CONFIGS / names[each.input_line]).is_dir()]
+    groups += [each for each in parsed if names[each.input_line].startswith("hydra.")]  # Hydra checks its own
     cfg = copy.deepcopy(_composed(schema, name, tuple(each.input_line for each in groups)))
     for each in parsed:
         if each not in groups:

@@ -27,6 +27,11 @@ def test_a_checkpoint_comes_back_as_it_was(tmp_path: Path) -> None:
     assert checkpoint.training == {"step": 7}
 
 
+def test_the_same_checkpoint_is_the_same_bytes(tmp_path: Path) -> None:
+    network = nn.Linear(4, 2)
+    assert len({written(tmp_path / f"{k}.safetensors", network).read_bytes() for k in range(20)}) == 1
+
+
 def test_what_is_none_of_ours_is_one_clear_line(tmp_path: Path) -> None:
     ours = written(tmp_path / "ours.safetensors", nn.Linear(4, 2))
     text, foreign, cut = (tmp_path / name for name in ("text.safetensors", "foreign.safetensors", "cut.safetensors"))

@@ -12,7 +12,7 @@ from typing import Any
 
 import torch
 from safetensors import SafetensorError, safe_open
-from safetensors.torch import save_file
+from safetensors.torch import save as serialized
 from torch import Tensor, nn
 
 from vision_s2r.errors import UserError
@@ -47,7 +47,7 @@ class Checkpoint:
         network.load_state_dict(state)
 
 
-def _write(path: Path, write: Callable[[Path], None]) -> None:
+def _write(path: Path, write: Callable[[Path], object]) -> None:
     """Lets `write` make the file under a temporary name. Raises UserError where it cannot."""
     try:
         with whole(path) as temporary:
@@ -58,11 +58,20 @@ def _write(path: Path, write: Callable[[Path], None]) -> None:
 
 
 def save(path: Path, checkpoint: Checkpoint) -> None:
-    """Writes a released checkpoint. Raises UserError where it cannot be written."""
+    """Writes a released checkpoint; the same one is the same bytes. Raises UserError where it cannot be written."""
     metadata = {"format": FORMAT, "kind": checkpoint.kind}
     metadata |= {name: json.dumps(getattr(checkpoint, name), sort_keys=True) for name in _FIELDS}
     tensors = {k: v.detach().cpu().contiguous() for k, v in checkpoint.tensors.items()}
-    _write(path, lambda temporary: save_file(tensors, temporary, metadata))
+    _write(path, lambda temporary: temporary.write_bytes(_sorted_head(serialized(tensors, metadata))))
+
+
+def _sorted_head(content: bytes) -> bytes:
+    """A safetensors file with its metadata in order: the library has them in that of a hash, another each time."""
+    end = 8 + int.from_bytes(content[:8], "little")
+    head = json.loads(content[8:end])
+    text = json.dumps({"__metadata__": dict(sorted(head.pop("__metadata__").items())), **head}).encode()
+    text += b" " * (-len(text) % 8)  # tensors begin at a multiple of 8
+    return len(text).to_bytes(8, "little") + text + content[end:]
 
 
 def load(path: str | Path, kind: str) -> Checkpoint:
