@@ -108,7 +108,9 @@ def command(tmp_path_factory):
     ],
 )
 def test_a_cluster_comes_to_the_same_files(command, cluster, tmp_path, name, more):
-    assert command(name, tmp_path / "ray", *more) == command(name, tmp_path / "local") != {}
+    found = command(name, tmp_path / "out", *more)
+    (tmp_path / "out").rename(tmp_path / "ray")  # a student knows its teacher by its path
+    assert found == command(name, tmp_path / "out") != {}
 
 
 @pytest.mark.slow
