@@ -21,6 +21,7 @@ from vision_s2r.options import validate
 from vision_s2r.paths import CONFIGS
 
 Schema = TypeVar("Schema")
+MULTIRUN = ("--multirun", "-m")
 
 
 def run(task: Callable[[Schema], Any], schema: type[Schema], name: str, arguments: list[str]) -> None:
@@ -38,7 +39,7 @@ def run(task: Callable[[Schema], Any], schema: type[Schema], name: str, argument
         log_to_terminal()
         or_exit(lambda: task(typed(cfg, schema, HydraConfig.get().overrides.task)))
 
-    sys.argv[1:] = arguments
+    sys.argv[1:] = sorted(arguments, key=lambda argument: argument not in MULTIRUN)  # overrides may stand before it
     one()
 
 

@@ -65,6 +65,7 @@ def _spec(path: Path) -> mujoco.MjSpec:
     if path.stat().st_size > LARGEST:
         raise UserError(f"{path}: of {path.stat().st_size} bytes, expected an MJCF or URDF model")
     try:
+        path.read_text(encoding="utf-8")  # or its names cannot be read once it is loaded
         spec = mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise UserError(f"{path}: does not load in MuJoCo: {one_line(error)}") from error
