@@ -50,6 +50,9 @@ def test_curves_are_measured_and_drawn(tmp_path):
     none = {p["row"]: p["value"] for p in points if p["strength"] == 0 and p["effect"] == "gamma"}
     assert none == {p["row"]: p["value"] for p in points if p["strength"] == 0 and p["effect"] == "defocus_blur"}
     assert (tmp_path / "out" / "sensitivity.png").exists() and (tmp_path / "out" / "sensitivity.csv").exists()
+    table_of = json.loads((tmp_path / "out" / "table.json").read_text())
+    assert [row[0] for row in table_of["rows"]] == ["gamma", "defocus blur", "none"]
+    assert table_of["columns"][1:3] == ["no translation, × 0.5", "no translation, × 2"]
     with pytest.raises(UserError, match="no row 'rcn'"):
         sensitivity(SensitivityConfig(rows=["rcn"]), table, SCENE, tmp_path / "out")
     with pytest.raises(UserError, match="strengths"):

@@ -1,7 +1,7 @@
 """How much of each camera effect a way from picture to grasp bears: success against the effect's strength, alone.
 
 Strength 1 is the effect's moderate setting, 0 no effect; between and beyond, parameters move on their own scale from
-the neutral value. In: the rows of an evaluation. Out: sensitivity.json, .csv and .png.
+the neutral value. In: the rows of an evaluation. Out: sensitivity.json, .csv and .png, and table.json for a page.
 """
 
 import json
@@ -23,7 +23,7 @@ from vision_s2r.evaluate.sensitivity_config import SensitivityConfig, check
 from vision_s2r.files import write, write_figure, write_table
 from vision_s2r.scene import SceneConfig
 
-SUMMARY, CSV, PICTURE = "sensitivity.json", "sensitivity.csv", "sensitivity.png"
+SUMMARY, CSV, PICTURE, TABLE = "sensitivity.json", "sensitivity.csv", "sensitivity.png", "table.json"
 NONE = "none"  # the camera without any effect
 
 
@@ -56,7 +56,26 @@ def sensitivity(cfg: SensitivityConfig, table: EvaluateConfig, scene: SceneConfi
                 points.append(point | asdict(found.success(row, name)))
     write_table(out / CSV, points)
     draw(points, out / PICTURE)
+    write(out / TABLE, json.dumps(as_table(points), indent=1) + "\n")
     return write(out / SUMMARY, json.dumps(points, indent=1) + "\n")
+
+
+def as_table(points: list[dict[str, Any]]) -> dict[str, Any]:
+    """A line for each effect, a column for each row and strength: success in percent with its 95 % interval."""
+    at_each = {(point["effect"], point["row"], point["strength"]): point for point in points}
+    pairs = list(dict.fromkeys((row, strength) for _, row, strength in at_each if strength))
+    rows = [
+        [effect.replace("_", " "), *(_percent(at_each[effect, *pair]) for pair in pairs)]
+        for effect in dict.fromkeys(effect for effect, _, _ in at_each)
+    ]
+    none = {row: point for (_, row, strength), point in at_each.items() if not strength}
+    rows.append(["none", *(_percent(none[row]) for row, _ in pairs)])
+    columns = ["effect alone", *(f"{row.replace('_', ' ')}, × {strength:g}" for row, strength in pairs)]
+    return {"command": "vision-s2r sensitivity", "columns": columns, "rows": rows}
+
+
+def _percent(point: dict[str, Any]) -> dict[str, float]:
+    return {key: round(100 * point[key], 1) for key in ("value", "low", "high")}
 
 
 def column(effect: Effect, strength: float) -> str:
