@@ -17,7 +17,7 @@ import numpy as np
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.progress import tracked
-from vision_s2r.reliability.tasks import DATA, MARK, TASKS, Task, begin, end, hashes
+from vision_s2r.reliability.tasks import DATA, MARK, TASKS, LongTask, begin, end, hashes
 
 log = logging.getLogger(__name__)
 LEFT = 60.0  # s in which the workers of a command that was killed are to be gone
@@ -28,7 +28,7 @@ ENOUGH = "1g"  # of a disk
 class Whole:
     """A task whose command ran to its end undisturbed."""
 
-    task: Task
+    task: LongTask
     data: Path
     said: Path
     seconds: float  # that it takes at most
@@ -103,7 +103,7 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
     return found
 
 
-def _whole(task: Task, data: Path, folder: Path) -> Whole:
+def _whole(task: LongTask, data: Path, folder: Path) -> Whole:
     out, said = folder / "whole", folder / "said.txt"
     if task.data:
         end(DATA.words(data, data), said)

@@ -30,7 +30,7 @@ IMPORTED = (
 
 
 @dataclass(frozen=True)
-class Task:
+class LongTask:
     """A command: its words, given its folder and that of the data it starts from, and its files that are the result."""
 
     words: Callable[[Path, Path], list[str]]
@@ -38,23 +38,25 @@ class Task:
     data: bool = False  # whether it starts from rendered scenes and a policy
 
 
-def _rendered(workers: int) -> Task:
+def _rendered(workers: int) -> LongTask:
     words = ["render", "render.scenes=6", "render.shard_size=2", "render.size=32", "render.grasps=2"]
-    return Task(lambda out, _: [*words, f"render.workers={workers}", f"render.out={out}"], ("manifest.json", "shard-*"))
+    return LongTask(
+        lambda out, _: [*words, f"render.workers={workers}", f"render.out={out}"], ("manifest.json", "shard-*")
+    )
 
 
-def _generated(jobs: int) -> Task:
+def _generated(jobs: int) -> LongTask:
     counts = [f"counts.{case}={2 * (case in ('null', 'single', 'pair'))}" for case in COUNTS]
     words = ["gapbench", "stage=generate", "kind=joint", *counts, f"jobs={jobs}"]
-    return Task(lambda out, _: [*words, f"out={out}"], ("recordings/**/*",))
+    return LongTask(lambda out, _: [*words, f"out={out}"], ("recordings/**/*",))
 
 
-def _on_data(words: list[str], *result: str, policy: str = "") -> Task:
+def _on_data(words: list[str], *result: str, policy: str = "") -> LongTask:
     def every(out: Path, data: Path) -> list[str]:
         more = [policy.format(data / "policy-0" / BEST)] if policy else []
         return [*words, *(f"data.{name}.out={data / name}" for name in SETS), *more, f"out={out}"]
 
-    return Task(every, result, data=True)
+    return LongTask(every, result, data=True)
 
 
 _STEPS = "training.max_steps=8"
@@ -108,7 +110,7 @@ def _command(words: list[str], said: Path, mark: str) -> None:
         get_reusable_executor().shutdown()  # as a process of its own does at its exit
 
 
-def hashes(task: Task, out: Path) -> dict[str, str]:
+def hashes(task: LongTask, out: Path) -> dict[str, str]:
     """Of each file of a command's result; of a training's state without the seconds it took.
 
     What was being written when a command was killed stays beside it, and is no result.
