@@ -13,6 +13,9 @@ from vision_s2r.fit.case import Hypothesis
 Setting = dict[str, float]  # an effect's parameters by name
 
 
+FREEDOM = 4.0  # of Student's distribution about what is believed, which may be wrong by any factor
+
+
 @dataclass(frozen=True, kw_only=True)
 class ParameterRange:
     """A parameter as the fit sees it: its logarithm or itself, its range here, and a step that changes it little."""
@@ -54,9 +57,23 @@ class Coordinates(ABC):
     prior: np.ndarray  # standard deviation …
     centre: np.ndarray  # … about this; NaN: about where a fit starts
 
+    repeats: np.ndarray  # samples [D] that say what one says, by which the prior counts more
+
     def believed(self, start: np.ndarray) -> np.ndarray:
         """Where [D] the prior of a fit from this point has its centre."""
         return np.where(np.isnan(self.centre), start, self.centre)
+
+    def surprise(self, point: np.ndarray, centre: np.ndarray) -> float:
+        """What the prior about `centre` [D] has against a point [D], nats."""
+        squared = ((point - centre) / self.prior) ** 2
+        tails = self.repeats * FREEDOM * np.log1p(squared / (self.repeats * FREEDOM))
+        return 0.5 * float(np.where(np.isnan(self.centre), squared, tails).sum())
+
+    def stiffness(self, point: np.ndarray, centre: np.ndarray) -> np.ndarray:
+        """By how much [D] the prior about `centre` holds a point back, for each unit that it is away."""
+        squared = ((point - centre) / self.prior) ** 2
+        tails = 1 / (1 + squared / (self.repeats * FREEDOM))
+        return np.asarray(np.where(np.isnan(self.centre), 1.0, tails) * self.prior**-2.0)
 
     @abstractmethod
     def start(self, hypothesis: Hypothesis) -> np.ndarray:

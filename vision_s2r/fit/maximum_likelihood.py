@@ -104,7 +104,7 @@ class _Descent(Generic[S]):
         residuals = self.observer.residuals(self.space, points, self.data.episodes)
         values, scales = _costs(residuals, self.data)
         return [
-            _State(point, float(values[k]) + surprise(point, self.centre, self.space), scales[k], residuals[k : k + 1])
+            _State(point, float(values[k]) + self.space.surprise(point, self.centre), scales[k], residuals[k : k + 1])
             for k, point in enumerate(points)
         ]
 
@@ -112,8 +112,9 @@ class _Descent(Generic[S]):
         points, steps = self.space.differences(state.point, self.stride)
         around = self.observer.residuals(self.space, points[1:], self.data.episodes)
         curvature, slope = _normal(np.concatenate([state.residuals, around]), steps, state.scale, self.data)
-        curvature[np.diag_indices(self.space.size)] += self.space.prior**-2.0
-        slope += (self.centre - state.point) * self.space.prior**-2.0
+        stiffness = self.space.stiffness(state.point, self.centre)
+        curvature[np.diag_indices(self.space.size)] += stiffness
+        slope += (self.centre - state.point) * stiffness
         return _held_at_bounds(state.point, curvature, slope, self.space)
 
     def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
@@ -135,11 +136,6 @@ def _held_at_bounds(
     stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0))
     free = ~stuck
     return curvature * np.outer(free, free), slope * free
-
-
-def surprise(point: np.ndarray, centre: np.ndarray, space: Coordinates) -> float:
-    """What the prior about `centre` [D] has against a point [D], nats."""
-    return 0.5 * float((((point - centre) / space.prior) ** 2).sum())
 
 
 def _normal(residuals: np.ndarray, steps: np.ndarray, scale: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names
 from vision_s2r.fit.likelihood import influence, normal_equations
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, surprise, trials
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, trials
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
@@ -85,10 +85,11 @@ class Fitter(ABC, Generic[S]):
         """The fit of all segments moved to some of them: one step, with the derivatives that are known already."""
         space, point, curvature, slope = self.derived(hypothesis)
         part = list(segments)
-        bend = curvature[part].sum(axis=0) + np.diag(space.prior**-2.0)
         believed = space.believed(point)
-        pull = slope[part].sum(axis=0) + (believed - point) * space.prior**-2.0
+        stiffness = space.stiffness(point, believed)
+        bend = curvature[part].sum(axis=0) + np.diag(stiffness)
+        pull = slope[part].sum(axis=0) + (believed - point) * stiffness
         tried = np.concatenate([point[None], trials(point, bend, pull, SHIFTS, space)])
         values, scales = costs(self.runs, space, data, tried)
-        best = int(np.argmin(values + [surprise(each, believed, space) for each in tried]))
+        best = int(np.argmin(values + [space.surprise(each, believed) for each in tried]))
         return space.hypothesis(tried[best], {SCALE: scales[best]})

@@ -48,7 +48,7 @@ class ContactSpace(Coordinates):
 
         self.low, self.high = column("low", -10 * scale), column("high", 10 * scale)
         self.step, self.prior = column("step", 0.03 * scale), column("prior", scale)
-        self.centre = np.full(self.size, np.nan)
+        self.centre, self.repeats = np.full(self.size, np.nan), np.ones(self.size)
 
     def start(self, hypothesis: Hypothesis) -> np.ndarray:
         """The point [D] at this hypothesis; a coefficient that it has not is nominal. KeyError for others."""

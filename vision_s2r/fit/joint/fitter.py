@@ -12,7 +12,7 @@ from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.fit.likelihood import influence, profile
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize, surprise
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.selection import SCALE, Fitter
 from vision_s2r.joint import DYNAMICS
 
@@ -68,7 +68,7 @@ class JointFitter(Fitter[JointSpace]):
         space = self.space(names_of(hypothesis))
         point = space.start(hypothesis)
         likelihood = costs(self.observer, space, self.data(segments), point[None])[0][0]
-        return float(likelihood) + surprise(point, space.believed(point), space)
+        return float(likelihood) + space.surprise(point, space.believed(point))
 
     def data(self, segments: Iterable[int]) -> Data:
         """The samples of these segments, of the episodes that hold them."""
