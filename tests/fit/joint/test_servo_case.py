@@ -174,3 +174,11 @@ def test_rests_that_are_met_to_the_digit_do_not_hold_a_fit():
     found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), None).values
     for name in ("coulomb_friction", "bias_torque"):
         assert found[name]["value"] == pytest.approx(truth[name]["value"], rel=0.02)
+
+
+def test_what_is_believed_may_be_wrong_by_any_factor():
+    truth = 200 * NOMINAL["viscous_damping"]
+    recording = a_servo(50.0, {"viscous_damping": {"value": truth}}, seconds=6.0)
+    case = open_case(recording)
+    found = case.fit(frozenset({"viscous_damping"}), range(case.segments), None)
+    assert found.values["viscous_damping"]["value"] == pytest.approx(truth, rel=0.01)
