@@ -47,11 +47,12 @@ def compared(data: dict[str, Any]) -> dict[str, Any]:
         for first, second in dict.fromkeys((each["first"], each["second"]) for each in data[key]):
             found = {each["column"]: each for each in data[key] if (each["first"], each["second"]) == (first, second)}
             named = f"{first.replace('_', ' ')} {sign} {second.replace('_', ' ')}, {unit}"
-            rows.append([named, *(_percent(found[column]) for column in columns)])
+            rows.append([named, *(percent(found[column]) for column in columns)])
     return {"columns": ["", *columns], "rows": rows}
 
 
-def _percent(estimate: dict[str, Any]) -> Any:
+def percent(estimate: dict[str, Any]) -> Any:
+    """A share with its interval as a cell of a results page, in percent."""
     if any(estimate[part] is None for part in ("value", "low", "high")):  # over none
         return "–"
     return {part: round(100 * estimate[part], 1) for part in ("value", "low", "high")}

@@ -19,6 +19,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.evaluate.columns import REFERENCE_SIZE
 from vision_s2r.evaluate.config import EvaluateConfig, through_cameras
 from vision_s2r.evaluate.evaluate import evaluate
+from vision_s2r.evaluate.publish import percent
 from vision_s2r.evaluate.sensitivity_config import SensitivityConfig, check
 from vision_s2r.files import write, write_figure, write_table
 from vision_s2r.scene import SceneConfig
@@ -65,17 +66,13 @@ def as_table(points: list[dict[str, Any]]) -> dict[str, Any]:
     at_each = {(point["effect"], point["row"], point["strength"]): point for point in points}
     pairs = list(dict.fromkeys((row, strength) for _, row, strength in at_each if strength))
     rows = [
-        [effect.replace("_", " "), *(_percent(at_each[effect, *pair]) for pair in pairs)]
+        [effect.replace("_", " "), *(percent(at_each[effect, *pair]) for pair in pairs)]
         for effect in dict.fromkeys(effect for effect, _, _ in at_each)
     ]
     none = {row: point for (_, row, strength), point in at_each.items() if not strength}
-    rows.append(["none", *(_percent(none[row]) for row, _ in pairs)])
+    rows.append(["none", *(percent(none[row]) for row, _ in pairs)])
     columns = ["effect alone", *(f"{row.replace('_', ' ')}, × {strength:g}" for row, strength in pairs)]
     return {"command": "vision-s2r sensitivity", "columns": columns, "rows": rows}
-
-
-def _percent(point: dict[str, Any]) -> dict[str, float]:
-    return {key: round(100 * point[key], 1) for key in ("value", "low", "high")}
 
 
 def column(effect: Effect, strength: float) -> str:

@@ -56,7 +56,6 @@ class Coordinates(ABC):
     step: np.ndarray
     prior: np.ndarray  # standard deviation …
     centre: np.ndarray  # … about this; NaN: about where a fit starts
-
     repeats: np.ndarray  # samples [D] that say what one says, by which the prior counts more
 
     def believed(self, start: np.ndarray) -> np.ndarray:

@@ -127,11 +127,12 @@ def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
     started = time.process_time()
     case = JointCase(recordings[motion], {effect.name: effect for effect in JOINT_EFFECTS})
     found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), NOMINAL)
+    intervals = case.intervals(found)
     return {
         "machine": machine.name,
         "motion": motion,
         "parameters": {
-            name: {key: [value, *case.intervals(found)[name][key]] for key, value in each.items()}
+            name: {key: [value, *intervals[name][key]] for key, value in each.items()}
             for name, each in found.values.items()
         },
         "errors": {

@@ -37,9 +37,14 @@ class BlockScores:
     bias: np.ndarray  # [D] that the integrator's step size causes, to first order
 
     @property
+    def stiffness(self) -> np.ndarray:
+        """The prior's curvature [D]."""
+        return self.space.stiffness(self.point, self.space.believed(self.point))
+
+    @property
     def inverse(self) -> np.ndarray:
         """Of the curvature of all blocks and the prior."""
-        whole = self.curvature.sum(axis=0) + np.diag(self.space.stiffness(self.point, self.space.believed(self.point)))
+        whole = self.curvature.sum(axis=0) + np.diag(self.stiffness)
         scale = np.sqrt(np.diag(whole)) + 1e-300
         return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None]
 
@@ -133,9 +138,7 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     space = of.space
     count = len(of.segment)
     inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
-    inner += np.diag(
-        space.repeats * space.stiffness(of.point, space.believed(of.point))
-    )  # what is believed is as uncertain as the prior says
+    inner += np.diag(space.repeats * of.stiffness)  # what is believed is as uncertain as the prior says
     to_machine = _to_machine(space)
     plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
     quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
