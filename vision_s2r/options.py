@@ -35,8 +35,7 @@ class Option:
         for each in values if self.choices else ():
             if each not in self.choices:
                 raise UserError(f"{key} = {each!r}: {nearest(str(each), filter(None, self.choices))}")
-        shaped = not isinstance(value, list) or self._shaped(value)
-        if not shaped or not all(map(self._within, values)):
+        if not all(map(self._within, values)) or (isinstance(value, list) and not self._shaped(value)):
             raise UserError(f"{key} = {value}: expected {self.expected(isinstance(value, list))}")
 
     def expected(self, many: bool = False) -> str:
@@ -63,6 +62,8 @@ class Option:
             yield f"below {self.below:g}"
 
     def _within(self, value: Any) -> bool:
+        if isinstance(value, list):  # in a list, which OmegaConf lets pass for a number
+            return self == Option(self.comment)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             return True
         inside = self.low <= value <= self.high and (self.above < value or math.isinf(self.above))

@@ -27,9 +27,9 @@ SEED = 3
 INPUTS = ("canonical", "intrinsics", "extrinsics")
 
 
-def config(form: str = "crop", steps: int = 100, batch: int = 16, **changes: object) -> GraspConfig:
+def config(form: str = "crop", steps: int = 100, batch: int = 16, rate: float = 4e-3, **changes: object) -> GraspConfig:
     training = TrainingConfig(
-        max_steps=steps, batch_size=batch, learning_rate=4e-3, validate_every=steps, metric="auc", mode="max"
+        max_steps=steps, batch_size=batch, learning_rate=rate, validate_every=steps, metric="auc", mode="max"
     )
     small = GraspConfig(
         form=form,
@@ -85,9 +85,9 @@ def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
 
 def test_domain_randomization_with_a_network_before_q(tmp_path: Path) -> None:
     front = NetworkConfig(width=8, levels=2, blocks=1, detail=8, rectifier=8)
-    cfg = config(steps=40, picture="randomized", validate_on="real", front=front)
+    cfg = config(steps=40, rate=1e-3, picture="randomized", validate_on="real", front=front)
     found = checkpoint.load(trained(tmp_path, cfg), "q_function")
-    assert found.training["metrics"]["auc"] > 0.7
+    assert found.training["metrics"]["auc"] > 0.9
     assert found.configuration["camera"] == asdict(CAMERA)
     with torch.random.fork_rng():
         torch.manual_seed(SEED)
@@ -203,6 +203,7 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     [
         ({"form": "crops"}, "did you mean 'crop'"),
         ({"width": 20}, "multiples of 8"),
+        ({"crop": CropConfig([0.1, 0.1], [24, [16]])}, "crop.resolution"),  # type: ignore[list-item]  # as OmegaConf does
         ({"with_source": True}, "validate_on"),
         ({"picture": "randomized"}, "validate_on"),
         ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),

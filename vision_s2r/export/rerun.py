@@ -45,7 +45,7 @@ def export_rerun(cfg: RerunConfig) -> Path:
     except ImportError as error:
         raise UserError("export needs rerun-sdk: pip install 'vision-s2r[rerun]'") from error
     out = Path(cfg.out)
-    stream, views = rerun.RecordingStream("vision-s2r"), []
+    stream, views, said = rerun.RecordingStream("vision-s2r"), [], []
     with whole(out) as temporary:
         stream.save(temporary)
         if cfg.replay:
@@ -53,8 +53,10 @@ def export_rerun(cfg: RerunConfig) -> Path:
         if cfg.report:
             text = GapReport.read(cfg.report).summary()
             stream.log("diagnosis", rerun.TextDocument(text), static=True)
-            views.append(rerun.blueprint.TextDocumentView(origin="diagnosis", name="diagnosis"))
-        stream.send_blueprint(rerun.blueprint.Blueprint(rerun.blueprint.Grid(*views), collapse_panels=True))
+            said.append(rerun.blueprint.TextDocumentView(origin="diagnosis", name="diagnosis"))
+        grids = [rerun.blueprint.Grid(*views)] if views else []
+        page = rerun.blueprint.Vertical(*said, *grids, row_shares=[1] * len(said) + [6] * len(grids))
+        stream.send_blueprint(rerun.blueprint.Blueprint(page, collapse_panels=True))
         stream.flush()
         stream.disconnect()
     return out
@@ -81,24 +83,26 @@ def _replay(stream: Any, folder: Path, recording: str) -> list[Any]:
 def _curves(stream: Any, episode: str, name: str, rows: pandas.DataFrame) -> Any:
     import rerun
 
-    origin = f"{episode}/{name}"
+    origin = rerun.new_entity_path([episode, name])
     for side, colour in SIDES.items():
         stream.log(f"{origin}/{side}", rerun.SeriesLines(colors=[colour], names=[side]), static=True)
         times = rerun.TimeColumn("t", duration=rows["t"].to_numpy())
         values = rerun.Scalars.columns(scalars=rows[f"{name}_{side}"].to_numpy(float))
         stream.send_columns(f"{origin}/{side}", indexes=[times], columns=values)
-    return rerun.blueprint.TimeSeriesView(origin=origin, name=f"{name}, {episode}")
+    legend = rerun.blueprint.PlotLegend(corner=rerun.blueprint.Corner2D.RightTop)
+    return rerun.blueprint.TimeSeriesView(origin=origin, name=f"{name}, {episode}", plot_legend=legend)
 
 
 def _path(stream: Any, episode: str, rows: pandas.DataFrame) -> Any:
     """Where a body was, window by window: each begins at the measured place."""
     import rerun
 
+    origin = rerun.new_entity_path([episode])
     for side, colour in SIDES.items():
         windows = rows.groupby("window") if side != "measured" else [(0, rows)]
         lines = [part[[f"{axis}_{side}" for axis in AXES]].to_numpy(float) for _, part in windows]
-        stream.log(f"{episode}/{side}", rerun.LineStrips3D(lines, colors=[colour] * len(lines)), static=True)
-    return rerun.blueprint.Spatial3DView(origin=episode, name=episode)
+        stream.log(f"{origin}/{side}", rerun.LineStrips3D(lines, colors=[colour] * len(lines)), static=True)
+    return rerun.blueprint.Spatial3DView(origin=origin, name=episode)
 
 
 def _pictures(stream: Any, folder: Path, recording: str) -> list[Any]:
