@@ -123,6 +123,10 @@ def test_a_distribution_survives_the_disk_bit_for_bit(distribution: Box | Poster
         ("distribution: posterior\nvalues: {damping: 1}\ncovariance: [[1]]", "expected the parameters of each effect"),
         ("distribution: posterior\nvalues: {spring: {stiffness: 9}}\ncovariance: [[1]]", "missing loss"),
         ("distribution: posterior\nvalues: {damping: {value: 1}}\ncovariance: [[a]]", "expected rows of numbers"),
+        (
+            f"distribution: posterior\nvalues: {{damping: {{value: 1}}}}\ncovariance: [[{10**400}]]",
+            "expected rows of numbers",
+        ),
         ("distribution: posterior\nvalues: {damping: {value: 1}}\ncovariance: [[-1]]", "negative eigenvalue"),
         ("distribution: posterior\nvalues: {damping: {value: 1}}\ncovariance: [1]", r"shape \(1,\), expected \(1, 1\)"),
         (

@@ -243,7 +243,7 @@ def _mappings(values: Any) -> Values:
 def _matrix(rows: Any) -> np.ndarray:
     try:
         return np.array(rows, dtype=float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise UserError("covariance: expected rows of numbers, all of one length") from error
 
 

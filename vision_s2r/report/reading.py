@@ -96,7 +96,7 @@ def _list(report: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
 def _estimate(parameter: Parameter, value: float, interval: Any, effect: Effect) -> ReportedParameter:
     try:
         low, high = (float(end) for end in interval or (value, value))
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise UserError(f"{effect.name}: ci of {parameter.name} is {interval!r}, expected [low, high]") from None
     low, high = (value if math.isnan(end) else min(max(end, parameter.low), parameter.high) for end in (low, high))
     return ReportedParameter(value, min(low, value), max(high, value))
