@@ -11,5 +11,5 @@ from vision_s2r.report.reading import diagnosed
 def test_an_interval_that_is_none(interval: object) -> None:
     report = a_report("joint", backlash={"width": 0.03})
     report["effects"][0]["parameters"]["width"]["ci"] = interval
-    with pytest.raises(UserError, match="backlash: ci of width is .*expected \\[low, high\\]"):
+    with pytest.raises(UserError, match=r"backlash: ci of width is .*expected \[low, high\]"):
         diagnosed(report)
