@@ -107,6 +107,7 @@ def test_too_little_is_refused_only_where_some_must_be_held_out(joint_folder, tm
     (tmp_path / "empty").mkdir()
     refused(tmp_path / "empty", "an empty folder, expected a recording")
     refused(tmp_path / "absent", "no such folder")
+    refused(tmp_path / ("absent" * 1000), "no such folder")
 
 
 @pytest.mark.parametrize(
