@@ -222,6 +222,14 @@ def test_weights_for_another_look_are_refused(trained: Path, tmp_path: Path) -> 
     assert "\n" not in str(error.value)
 
 
+def test_a_network_that_no_machine_holds_is_refused(trained: Path, tmp_path: Path) -> None:
+    found, other = load(trained, "translator"), tmp_path / "other.safetensors"
+    endless = found.configuration["network"] | {"blocks": 10**30}  # blocks were built until memory was full
+    save(other, replace(found, configuration=found.configuration | {"network": endless}))
+    with pytest.raises(UserError, match=r"other\.safetensors: network\.blocks = 10+: expected 1 to 32"):
+        Translator.load(other)
+
+
 def test_released_names(trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(released, "WEIGHTS", tmp_path)
     (tmp_path / "translator").mkdir()

@@ -20,15 +20,15 @@ class CropConfig:
     window: list[float] = option(
         [0.12, 0.08], "Lengths along and across the line on which the fingers close, m.", length=2, above=0
     )
-    resolution: list[int] = option([24, 16], "Pixels along and across.", length=2, low=8, multiple=4)
+    resolution: list[int] = option([24, 16], "Pixels along and across.", length=2, low=8, high=256, multiple=4)
 
 
 @dataclass
 class DenseConfig:
     """The map from above that all grasps of a picture are looked up in."""
 
-    cells: int = option(48, "Places a side; the map covers the search area at any yaw.", low=16, multiple=4)
-    yaw_bins: int = option(16, "Yaws over half a turn.", low=2)
+    cells: int = option(48, "Places a side; the map covers the search area at any yaw.", low=16, high=512, multiple=4)
+    yaw_bins: int = option(16, "Yaws over half a turn.", low=2, high=180)
 
 
 @dataclass
@@ -71,7 +71,9 @@ class GraspConfig:
         "the picture) or dense (a map of logits over places and yaws).",
         choices=FORMS,
     )
-    width: int = option(32, "Channels of Q's first layers; as it stands, Q has 0.17 M parameters.", low=8, multiple=8)
+    width: int = option(
+        32, "Channels of Q's first layers; as it stands, Q has 0.17 M parameters.", low=8, high=512, multiple=8
+    )
     plane_height: float = option(0.02, "Over the bin's floor of the plane on which pictures are measured, m.")
     area: list[float] = option(
         [0.115, 0.115], "Grasps are searched in |x| ≤ the first, |y| ≤ the second, m.", length=2, above=0

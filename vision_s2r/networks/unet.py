@@ -31,23 +31,26 @@ class NetworkConfig:
         "Channels at half the picture's resolution, the finest that most of it works at; each coarser level has twice, "
         "at most 4 times as many.",
         above=0,
+        high=512,
         multiple=GROUP,
     )
-    levels: int = option(4, "Resolutions, from a half down to 1 / 2^levels.", low=1)
-    blocks: int = option(1, "Residual blocks of a level on the way down, and again on the way up.", low=1)
+    levels: int = option(4, "Resolutions, from a half down to 1 / 2^levels.", low=1, high=8)
+    blocks: int = option(1, "Residual blocks of a level on the way down, and again on the way up.", low=1, high=32)
     detail: int = option(
         0,
         "Channels of a stage at full resolution, which free pixels want and composed pictures do not; 0: none.",
         low=0,
+        high=512,
         multiple=GROUP,
     )
     rectifier: int = option(
         16,
         "Channels of what undoes the camera's pose and lens before all else; 0: nothing does.",
         low=0,
+        high=512,
         multiple=GROUP,
     )
-    looks: int = option(2, "How often the rectifier looks, each time at what it has rectified so far.", low=1)
+    looks: int = option(2, "How often the rectifier looks, each time at what it has rectified so far.", low=1, high=8)
     composed: bool = option(
         False,
         "Whether the canonical picture is composed: the classes' colours, mixed by their chances, times a shading that "

@@ -37,6 +37,8 @@ class Translator:
             network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
             size, colours = int(found.normalization["size"]), found.normalization["palette"]
             depth_range = tuple(found.normalization["depth_range"]) if "depth" in network.heads else None
+        except UserError as error:
+            raise UserError(f"{path}: {error}") from error
         except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
             raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
         if colours != [list(colour) for colour in palette()]:
