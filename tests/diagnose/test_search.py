@@ -41,6 +41,15 @@ def test_the_exact_set_is_named_with_its_share_and_shrink(truth: dict[str, float
         assert effect["parameters"]["size"]["value"] == pytest.approx(truth[effect["name"]], abs=0.05)
 
 
+def test_where_nothing_is_left_pairs_need_not_be_looked_for() -> None:
+    it, largest = Curves(recording(1, wave=0.5)), {}
+    for hidden in (True, False):
+        assessor = Assessor(it, SearchConfig(promising=0.0, hidden=hidden), jobs=1, seed=0)
+        assert Search(it, assessor).run().effects == {"wave"}
+        largest[hidden] = max(len(found - it.refitted) for found in assessor.assessed)
+    assert largest == {True: 3, False: 2}
+
+
 def test_refitting_does_not_pass_for_an_effect_and_both_are_accounted_for() -> None:
     found = diagnosed(recording(2, slope=0.5, wave=0.5))
     gap = found["gap"]

@@ -46,6 +46,9 @@ class SearchConfig:
         12, "Effects tried on the best of them, the most promising by the screen; half as many on the second …", low=1
     )
     contenders: int = option(4, "Grown sets that are held out.", low=1)
+    hidden: bool = option(
+        True, "Whether effects that only show in pairs are looked for where the floor is reached already."
+    )
 
 
 @dataclass
@@ -66,7 +69,7 @@ class DiagnoseConfig:
     policy: str = option("", "The row of these curves; empty: the first.")
     joint: SearchConfig = option(SearchConfig, "The search for what a joint has.")
     camera: SearchConfig = option(
-        SearchConfig(folds=2, beam=1, breadth=4, contenders=2), "The search for what a camera has."
+        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False), "The search for what a camera has."
     )
     contact: SearchConfig = option(
         SearchConfig(beam=2, breadth=5, contenders=3, most=4), "The search for what a body on its support has."

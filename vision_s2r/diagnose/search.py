@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.fit.case import NOMINAL, Case, Names
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
@@ -36,6 +36,7 @@ class Search:
         self._effects = frozenset(case.library) - self._base
         self._discrepancies = frozenset(case.discrepancies)
         self._candidates = [name for name in case.library if name not in self._base and name not in case.not_excited]
+        self._screened: dict[Names, tuple[Hypothesis, dict[str, float]]] = {}
 
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
@@ -70,7 +71,7 @@ class Search:
             beam = children[: self._cfg.beam]
             if self._assessor.worth(beam[0], best):
                 best, patience = beam[0], 1
-            elif patience:
+            elif patience and (self._cfg.hidden or not self._assessor.adequate(best)):
                 patience -= 1
             else:
                 break
@@ -78,8 +79,15 @@ class Search:
 
     def _promising(self, found: Assessment) -> list[str]:
         """Effects that may still gain something."""
-        gains = self._case.screen(found.hypothesis, [name for name in self._candidates if name not in found.names])
-        return [name for name, gain in gains.items() if gain > self._cfg.promising]
+        return [name for name, gain in self._gains(found).items() if gain > self._cfg.promising]
+
+    def _gains(self, found: Assessment) -> dict[str, float]:
+        """About what each of the other candidates would gain beside a set."""
+        known = self._screened.get(found.names)
+        if known is None or known[0] is not found.hypothesis:
+            free = [name for name in self._candidates if name not in found.names]
+            known = self._screened[found.names] = found.hypothesis, self._case.screen(found.hypothesis, free)
+        return known[1]
 
     def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
         """Sets one larger than those of the beam, and proposed ones of that size; the best first.
@@ -89,9 +97,8 @@ class Search:
         proposed = [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
         grown = []
         for place, parent in enumerate(beam, start=1):
-            free = [name for name in self._candidates if name not in parent.names]
-            gains = self._case.screen(parent.hypothesis, free)
-            promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.breadth // place]
+            gains = self._gains(parent)
+            promising = sorted(gains, key=lambda name: -gains[name])[: self._cfg.breadth // place]
             grown += [(parent, name) for name in promising]
         likely = self._assessor.fit((parent.names, parent.hypothesis) for parent in beam)
         grown.sort(key=lambda each: -likely[each[0].names])
@@ -184,11 +191,14 @@ class Search:
         return found, hints & self._discrepancies
 
     def _beside(self, found: Assessment) -> Assessment:
-        """With the likeliest flexible unknown that it has not; as it is where it has them all."""
-        more = self._assessor.assess(
-            (found.names | {discrepancy}, found.hypothesis) for discrepancy in sorted(self._discrepancies - found.names)
-        )
-        return max(more, key=lambda assessment: assessment.score, default=found)
+        """With the likeliest flexible unknown that it has not; as it is where it has them all.
+
+        Twice as many as contenders of a size are held out: what is flexible likes what it was fitted to.
+        """
+        more = [(found.names | {each}, found.hypothesis) for each in sorted(self._discrepancies - found.names)]
+        scores = self._assessor.fit(more)
+        likely = sorted(more, key=lambda each: -scores[each[0]])[: 2 * self._cfg.contenders]
+        return max(self._assessor.assess(likely), key=lambda assessment: assessment.score, default=found)
 
     def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
         """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names."""

@@ -8,7 +8,7 @@ from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
-from vision_s2r.fit.camera.discrepancy import find_ghost, shifted
+from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add, basis, find_ghost, shifted
 from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.quantization import jpeg_quality
@@ -134,6 +134,16 @@ def test_ghosts_are_found_where_they_are() -> None:
     residual = 0.2 * shifted(pictures, 9, -4)
     found = find_ghost(residual, pictures, torch.ones(FRAMES, 1, SIZE, SIZE))
     assert (found.dx, found.dy) == (9, -4)
+
+
+@pytest.mark.parametrize("name", ["gain_field", "added_light", "displacement"])
+def test_a_smooth_unknown_adds_what_it_was_fitted_with(name: str) -> None:
+    mean = scenes(3)
+    waves = [wave.expand_as(mean) for wave in basis(name, mean)]
+    coefficients = np.random.default_rng(0).normal(size=len(waves))
+    wanted = sum((float(c) * wave for c, wave in zip(coefficients, waves, strict=True)), torch.zeros_like(mean))
+    found = add(name, FittedDiscrepancy(coefficients), mean, mean, torch.ones_like(mean))
+    torch.testing.assert_close(found, wanted, atol=1e-4, rtol=1e-4)
 
 
 def test_coordinates_of_every_effect_come_back() -> None:

@@ -29,6 +29,7 @@ from vision_s2r.fit.camera.fitting import (
 from vision_s2r.fit.camera.grain import Varied, grain_of, per_share
 from vision_s2r.fit.camera.intervals import Spread, spread
 from vision_s2r.fit.camera.light import STEADY, UNSTEADY, stops
+from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
@@ -47,6 +48,7 @@ _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like 
 _STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
 _REMEMBERED = 12  # hypotheses whose scores are kept
+_REMEMBERED_VALUES = 12_000_000  # in pictures whose predictions are kept, three numbers a value
 
 
 class CameraCase:
@@ -92,6 +94,8 @@ class CameraCase:
         self._target = Target(pictures, fitted_variance(pictures, yardstick.variance), counted)
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
+        self._predictions: dict[tuple[object, ...], tuple[Tensor, Tensor, Tensor]] = {}
+        self._noises: dict[tuple[object, ...], dict[str, dict[str, float]]] = {}
         self._spreads: dict[tuple[object, ...], Spread] = {}
         self._frames = frames_of_a_fit(self.study.pictures)
         self._lock = threading.Lock()
@@ -135,15 +139,24 @@ class CameraCase:
         noisy = [name for name in effects if name in of_stage("noise")]
         moving = charted(effects)
         if noisy:
-            values |= self.study.yardstick.noise.fit(values, noisy, self.study.bins, segments)
+            values |= self._fit_noise(values, noisy, segments)
         whole = len(segments) == self.segments
         found = gauss_newton(self._target, values, moving, few, 6 if whole else 3)[0]
         if "low_resolution" in names:
             found = search_factor(self._target, found, few)[0]
             found = gauss_newton(self._target, found, moving, few, 2)[0]
         if noisy and moving:
-            found = {**found, **self.study.yardstick.noise.fit(found, noisy, self.study.bins, segments)}
+            found = {**found, **self._fit_noise(found, noisy, segments)}
         return {name: dict(found[name]) for name in effects}
+
+    def _fit_noise(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
+        """The noise of `names`, for which only the tone of `values` matters: most hypotheses have the same."""
+        tone = {name: value for name, value in values.items() if name in of_stage("tone")}
+        tail = Tail.of(tone, self.study.pictures.encoding, self.study.pictures.sim.shape[1])
+        key = (tail, tuple(names), tuple(segments))
+        if key not in self._noises:
+            self._noises[key] = self.study.yardstick.noise.fit(tone, names, self.study.bins, segments)
+        return {name: dict(value) for name, value in self._noises[key].items()}
 
     def _fit_apart(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
         """The grain of labels, and the area of a missing object, in what effects leave; of no size if there is none."""
@@ -151,7 +164,7 @@ class CameraCase:
         surfaces = self.study.pictures.surfaces
         if not names or surfaces is None:
             return found
-        mean, _, _ = self._predicted(values, list(segments), lit=True)
+        mean, _, _ = self._predicted(values, segments, lit=True)
         residual = self.study.pictures.real[list(segments)] - self._encoded(mean, values)
         for name in names:
             if CAMERA_FITS[name].stage == "area":
@@ -245,14 +258,34 @@ class CameraCase:
         prediction = self.study.pictures.predict(without_encoder(values), segments)
         return prediction.mean, prediction.variance
 
-    def _predicted(self, values: Values, segments: list[int], lit: bool) -> tuple[Tensor, Tensor, Tensor]:
-        """The mean before the encoder, in each frame's own light where `lit`; variance of noise; weights of pixels."""
-        mean, variance = self._mean(values, segments)
+    def _predicted(self, values: Values, segments: Sequence[int], lit: bool) -> tuple[Tensor, Tensor, Tensor]:
+        """The mean before the encoder, in each frame's own light where `lit`; variance of noise; weights of pixels.
+
+        Unknowns are fitted beside the same values again and again: frames are predicted once.
+        """
+        lit = lit and self.study.pictures.light != STEADY
+        frames = [self._remembered(values, segment, lit) for segment in segments]
+        mean, noise, weight = (torch.cat(each) for each in zip(*frames, strict=True))
+        return mean, noise, weight
+
+    def _remembered(self, values: Values, segment: int, lit: bool) -> tuple[Tensor, Tensor, Tensor]:
+        key = (*_key(Hypothesis(values)), segment, lit)
+        with self._lock:
+            found = self._predictions.pop(key, None)
+        found = found or self._predicted_frame(values, segment, lit)
+        with self._lock:
+            self._predictions[key] = found  # the last that was asked for
+            if len(self._predictions) > _REMEMBERED_VALUES // found[0].numel():
+                self._predictions.pop(next(iter(self._predictions)))
+        return found
+
+    def _predicted_frame(self, values: Values, segment: int, lit: bool) -> tuple[Tensor, Tensor, Tensor]:
+        mean, variance = self._mean(values, [segment])
         yardstick, pictures = self.study.yardstick, self.study.pictures
         noise = predicted_noise(yardstick, variance, mean)
-        weight = yardstick.counted[segments] / (noise + yardstick.tolerance[segments])
-        if lit and pictures.light != STEADY:
-            mean = pictures.light.on(mean, pictures.real[segments], weight).mean
+        weight = yardstick.counted[[segment]] / (noise + yardstick.tolerance[[segment]])
+        if lit:
+            mean = pictures.light.on(mean, pictures.real[[segment]], weight).mean
         return mean, noise, weight
 
     def _encoded(self, mean: Tensor, values: Values) -> Tensor:
@@ -423,7 +456,7 @@ class CameraCase:
         variance, counts = bins.variance(segments)
         usable = np.isfinite(variance)
         names = [*[each for each in hypothesis.values if each in of_stage("noise")], name]
-        fitted = noise.fit(hypothesis.values, names, bins, segments)
+        fitted = self._fit_noise(hypothesis.values, names, segments)
 
         def loglik(values: Values) -> float:
             model = noise.at(values, bins.values)[usable]

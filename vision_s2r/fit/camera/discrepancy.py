@@ -5,6 +5,7 @@ A camera that differs by something unknown would otherwise be told as whatever e
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import torch
@@ -28,7 +29,7 @@ DISCREPANCIES: dict[str, str] = {
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
 _COLOUR = frozenset({"colour_mixing"})
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
-_SMOOTH, _SMOOTHER = 5, 4  # cosines along each axis
+_FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
 
 
 def available(grey: bool) -> dict[str, str]:
@@ -44,6 +45,7 @@ class Ghost:
     dy: int
 
 
+@lru_cache(maxsize=4)
 def cosines(height: int, width: int, count: int) -> Tensor:
     """Products of cosines [count², H, W], the smoothest first along each axis."""
 
@@ -77,18 +79,10 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
             yield only.expand(1, channels, height, width)
             for source in range(channels):
                 yield only * mean[:, source : source + 1]
-    elif name == "gain_field":
-        for wave in cosines(height, width, _SMOOTH):
-            yield mean * wave
-    elif name == "added_light":
-        for wave in cosines(height, width, _SMOOTH):
-            yield wave.expand(1, channels, height, width)
-    elif name == "displacement":
-        slope_x = (shifted(mean, -1, 0) - shifted(mean, 1, 0)) / 2
-        slope_y = (shifted(mean, 0, -1) - shifted(mean, 0, 1)) / 2
-        for wave in cosines(height, width, _SMOOTHER):
-            yield slope_x * wave
-            yield slope_y * wave
+    elif name in _FIELDS:
+        for wave in cosines(height, width, _FIELDS[name]):
+            for carrier in _carriers(name, mean):
+                yield carrier * wave
     elif name == "kernel":
         for dy in range(-2, 3):
             for dx in range(-2, 3):
@@ -100,6 +94,15 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
         yield shifted(mean, ghost.dx, ghost.dy)
     else:
         raise ValueError(f"discrepancy '{name}' has no basis")
+
+
+def _carriers(name: str, mean: Tensor) -> list[Tensor]:
+    """What a smooth field multiplies to be added to a mean [B, C, H, W]; fields are of each its own."""
+    if name == "gain_field":
+        return [mean]
+    if name == "added_light":
+        return [torch.ones(1, *mean.shape[1:])]
+    return [(shifted(mean, -1, 0) - shifted(mean, 1, 0)) / 2, (shifted(mean, 0, -1) - shifted(mean, 0, 1)) / 2]
 
 
 def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
@@ -165,6 +168,11 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     if name == "flicker":
         power = (mean.square() * weight).sum((1, 2, 3), keepdim=True)
         return mean * (mean * residual * weight).sum((1, 2, 3), keepdim=True) / power.clamp(min=1e-12)
+    if name in _FIELDS:
+        waves, carriers = cosines(*mean.shape[-2:], _FIELDS[name]), _carriers(name, mean)
+        coefficients = torch.from_numpy(fitted.coefficients).float().view(-1, len(carriers))
+        fields = torch.tensordot(coefficients.T, waves, 1)
+        return sum((c * field for c, field in zip(carriers, fields, strict=True)), torch.zeros_like(mean))
     added = torch.zeros_like(mean)
     for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost), strict=True):
         added += coefficient * wave
@@ -176,9 +184,13 @@ def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weig
     flat = root.reshape(-1) > 0
     stride = max(int(flat.sum()) // 120_000, 1)
     chosen = flat.nonzero()[::stride, 0]
-    scale = root.reshape(-1)[chosen]
-    target = residual.reshape(-1)[chosen] * scale
-    design = torch.stack([wave.expand_as(residual).reshape(-1)[chosen] * scale for wave in waves()])
+
+    def at(values: Tensor) -> Tensor:
+        return values.expand_as(residual).reshape(-1).index_select(0, chosen)
+
+    scale = at(root)
+    target = at(residual) * scale
+    design = torch.stack([at(wave) * scale for wave in waves()])
     matrix = (design @ design.T).double()
     ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
     matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)

@@ -41,7 +41,8 @@ class Lit:
     def beside(self, slopes: Tensor) -> Tensor:
         """Changes of the unlit prediction [P, B, C, H, W] as lit, less what light would make up for."""
         lit = (slopes * self.gain).flatten(2)  # [P, B, CHW]
-        return (lit - torch.stack([_projected(self.basis, self.weight, each) for each in lit])).view_as(slopes)
+        made_up = _solved(self.basis, self.weight, lit.transpose(0, 1)) @ self.basis  # [B, P, CHW]
+        return (lit - made_up.transpose(0, 1)).view_as(slopes)
 
 
 @dataclass(frozen=True)
@@ -70,18 +71,15 @@ class FrameLight:
         basis = torch.cat([(mean * wave).flatten(1)[:, None] for wave in waves], 1)
         if self.kind == "field":
             basis = torch.cat([basis, torch.ones_like(basis[:, :1])], 1)
-        residual = (real - mean).flatten(1)
-        scale = weight.flatten(1)
-        stride = max(scale.shape[1] // _POINTS, 1) | 1  # odd, so that all columns are met
-        few = slice(None, None, stride)
-        robust = scale
-        for _ in range(_PASSES):
-            coefficients = _solved(basis[..., few], robust[:, None, few], residual[:, few])
-            added = (coefficients[:, None] @ basis)[:, 0]
-            left = residual - added
-            full = (mean.flatten(1) + added >= 1) & (real.flatten(1) > 0.998)  # more light would not be seen
-            robust = torch.where(full, 0.0, scale * (_ROBUST + 1) / (_ROBUST + left.square() * scale))
-        lit = mean + (coefficients[:, None] @ basis).view_as(mean)
+        whole = basis, mean.flatten(1), real.flatten(1), weight.flatten(1)
+        stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
+        few = tuple(each[..., ::stride].contiguous() for each in whole)
+        robust = few[-1]
+        for k in range(_PASSES):
+            coefficients = _solved(few[0], robust[:, None], (few[2] - few[1])[:, None])[:, 0]
+            last = k == _PASSES - 1
+            robust, added = _forgiving(coefficients, *(whole if last else few))
+        lit = mean + added.view_as(mean)
         gain = sum((c * wave for c, wave in zip(coefficients[0], waves, strict=False)), torch.ones(1, 1, 1, 1))
         gain = gain * ((lit > 0) & (lit < 1))
         return Lit(lit.clamp(0, 1), basis, gain, robust[:, None], coefficients)
@@ -99,17 +97,24 @@ class FrameLight:
 STEADY = FrameLight("steady")
 
 
-def _solved(basis: Tensor, weight: Tensor, target: Tensor) -> Tensor:
-    """Weighted least squares: coefficients [B, K] of `basis` [B, K, D] for `target` [B, D]."""
+def _solved(basis: Tensor, weight: Tensor, targets: Tensor) -> Tensor:
+    """Weighted least squares: coefficients [B, P, K] of `basis` [B, K, D] for `targets` [B, P, D]."""
     weighed = basis * weight
     matrix = (weighed @ basis.mT).double()
     ridge = _RIDGE * matrix.diagonal(dim1=1, dim2=2).mean(1)[:, None, None] + 1e-12
-    vector = (weighed @ target[..., None]).double()
-    return torch.linalg.solve(matrix + ridge * torch.eye(matrix.shape[-1], dtype=torch.float64), vector)[..., 0].float()
+    vectors = (weighed @ targets.mT).double()
+    found = torch.linalg.solve(matrix + ridge * torch.eye(matrix.shape[-1], dtype=torch.float64), vectors)
+    return found.mT.float()
 
 
-def _projected(basis: Tensor, weight: Tensor, target: Tensor) -> Tensor:
-    return (_solved(basis, weight, target)[:, None] @ basis)[:, 0]
+def _forgiving(
+    coefficients: Tensor, basis: Tensor, mean: Tensor, real: Tensor, weight: Tensor
+) -> tuple[Tensor, Tensor]:
+    """Weights [B, D] that forgive single values what light of these coefficients leaves, and what the light adds."""
+    added = (coefficients[:, None] @ basis)[:, 0]
+    left = real - mean - added
+    full = (mean + added >= 1) & (real > 0.998)  # more light would not be seen
+    return torch.where(full, 0.0, weight * (_ROBUST + 1) / (_ROBUST + left.square() * weight)), added
 
 
 @dataclass(frozen=True)
@@ -154,8 +159,8 @@ def _robust(squared: Tensor) -> Tensor:
 def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:
     """The prediction in one light for all frames."""
     basis, weight = (each.transpose(0, 1).flatten(1)[None] for each in (lit.basis, lit.weight))
-    coefficients = _solved(basis, weight, residual.flatten()[None])
-    return (mean + (coefficients[:, None] @ basis).view_as(mean)).clamp(0, 1)
+    coefficients = _solved(basis, weight, residual.flatten()[None, None])
+    return (mean + (coefficients @ basis).view_as(mean)).clamp(0, 1)
 
 
 def stops(lit: Lit, encoding: str) -> np.ndarray:
