@@ -12,6 +12,7 @@ from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add, basis, fin
 from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.quantization import jpeg_quality
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
 FRAMES, SIZE = 6, 64
@@ -144,6 +145,18 @@ def test_a_smooth_unknown_adds_what_it_was_fitted_with(name: str) -> None:
     wanted = sum((float(c) * wave for c, wave in zip(coefficients, waves, strict=True)), torch.zeros_like(mean))
     found = add(name, FittedDiscrepancy(coefficients), mean, mean, torch.ones_like(mean))
     torch.testing.assert_close(found, wanted, atol=1e-4, rtol=1e-4)
+
+
+def test_a_tilt_within_what_a_lens_may_do_otherwise_is_none() -> None:
+    case = opened(recorded(lens_distortion={"k1": -0.3, "k2": 0.0}))
+
+    def slight(name: str, pitch: float, k1: float = -0.3) -> bool:
+        values = {"lens_distortion": {"k1": k1, "k2": 0.0}, "camera_pose_offset": {"yaw": 0, "pitch": pitch, "roll": 0}}
+        return case.negligible(Hypothesis(values), name)
+
+    assert slight("camera_pose_offset", 0.001) and not slight("camera_pose_offset", 0.02)
+    assert not slight("camera_pose_offset", 0.001, k1=-0.01)
+    assert not slight("lens_distortion", 0.02)
 
 
 def test_coordinates_of_every_effect_come_back() -> None:

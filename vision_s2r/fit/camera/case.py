@@ -13,6 +13,7 @@ from scipy import stats
 from torch import Tensor
 
 from vision_s2r.appearance import label_of
+from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.area import area_of, inside_of
@@ -489,7 +490,7 @@ class CameraCase:
             return False
         if CAMERA_FITS[name].stage in APART:
             return bool(self.library[name].is_neutral(values[name]))
-        if excitation.faint(name, values, self.study.pictures.scale):
+        if excitation.faint(name, values, self.study.pictures.scale) or self._within_a_lens(name, values):
             return True
         without = {each: value for each, value in values.items() if each != name}
         if name in of_stage("noise"):
@@ -512,6 +513,21 @@ class CameraCase:
         change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
         counted = yardstick.counted[few].expand_as(change)
         return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
+
+    def _within_a_lens(self, name: str, values: Values) -> bool:
+        """Whether a warp moves things less than another one may move them otherwise than its definition."""
+        fit = CAMERA_FITS[name]
+        if fit.stage != "warp" or fit.by_channel:
+            return False
+        others = [each for each in at_stage(values, "warp") if each != name]
+        allowed = sum(CAMERA_FITS[each].otherwise * self._moved(each, values) for each in others)
+        return self._moved(name, values) < allowed
+
+    def _moved(self, name: str, values: Values) -> float:
+        """How far a warp moves things, px (root mean square over the picture)."""
+        pictures, own = self.study.pictures, at_scale(name, values[name], self.study.pictures.scale)
+        moved = pictures.looked(CAMERA_EFFECTS[name], own) - pictures.places(1)
+        return float(moved.square().sum(0).mean().sqrt())
 
     def _unseen_noise(self, values: Values, without: Values) -> bool:
         """Whether no brightness shows what differs in noise: read noise shows in the dark, and may nowhere else."""

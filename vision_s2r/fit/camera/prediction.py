@@ -183,13 +183,21 @@ class Pictures:
         if fit.stage != "warp":
             interpolation: Interpolation = "bilinear" if self.kernel == "bilinear" else "bicubic"
             return effect.apply(pictures, _tensors(values, len(pictures)), self._frame(len(pictures), interpolation))
-        # The effect says where it looks by what it makes of pictures of the coordinates, which are linear.
-        channels = 3 if fit.by_channel else 1
-        height, width = pictures.shape[-2:]
-        x = torch.arange(width, dtype=torch.float32).expand(1, channels, height, width)
-        y = torch.arange(height, dtype=torch.float32)[:, None].expand(1, channels, height, width)
-        looked = effect.apply(torch.cat([x, y]), _tensors(values, 2), self._frame(2, "bilinear"))
+        looked = self.looked(effect, values)
         return resampled(pictures, looked[0], looked[1], self.kernel)
+
+    def looked(self, effect: CameraEffect, values: Mapping[str, float]) -> Tensor:
+        """Where a warp of values at this scale looks for each pixel: x and y [2, 1 or 3, H, W], px.
+
+        The effect says it by what it makes of pictures of the coordinates, which are linear.
+        """
+        here = self.places(3 if CAMERA_FITS[effect.name].by_channel else 1)
+        return effect.apply(here, _tensors(values, 2), self._frame(2, "bilinear"))
+
+    def places(self, channels: int) -> Tensor:
+        """Every pixel's own x and y [2, channels, H, W], px."""
+        y, x = torch.meshgrid(*(torch.arange(size, dtype=torch.float32) for size in self.sim.shape[-2:]), indexing="ij")
+        return torch.stack([x, y])[:, None].expand(-1, channels, -1, -1)
 
     def _frame(self, count: int, interpolation: Interpolation) -> Frame:
         height, width = self.sim.shape[-2:]

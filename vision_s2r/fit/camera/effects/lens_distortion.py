@@ -21,6 +21,7 @@ CAMERA_FITS.register(
         needs=("edges",),
         coarse=0.0,
         bends=bends,
+        otherwise=0.05,  # more terms of the radius, and elements that are not quite centred
         unpaired="without pairs nothing says which lines are straight",
     ),
 )
