@@ -35,6 +35,14 @@ def test_a_joint_comes_back(tmp_path):
     assert after.episodes == before.episodes
 
 
+def test_a_column_that_is_an_index(tmp_path):
+    dataset = exported(a_joint(), tmp_path)
+    (file,) = (dataset / "data").glob("**/*.parquet")
+    pandas.read_parquet(file).set_index("episode_index").to_parquet(file)
+    with pytest.raises(UserError, match=r"cannot be read .*expected columns action, .*episode_index"):
+        import_recording("lerobot", dataset, tmp_path / "back")
+
+
 def an_arm():
     """Two servos that follow late."""
     t = np.arange(200) * 0.01 + np.zeros((2, 1))

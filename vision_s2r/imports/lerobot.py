@@ -86,7 +86,9 @@ class Dataset:
         if not files:
             raise UserError(f"{self.path / folder}: no .parquet in it, expected a LeRobot data set")
         try:
-            return pandas.concat([pandas.read_parquet(file, columns=columns) for file in files], ignore_index=True)
+            # `columns` again: what is an index in the file comes as none of them.
+            tables = [pandas.read_parquet(file, columns=columns)[columns] for file in files]
+            return pandas.concat(tables, ignore_index=True)
         except ImportError as error:
             raise UserError("parquet files need pyarrow: pip install 'vision-s2r[lerobot]'") from error
         except (OSError, ValueError, KeyError) as error:
