@@ -1,12 +1,14 @@
 """What a robot costs its task: who is blamed, what is believed of it, and what a controller makes of a belief."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from vision_s2r.camera import CameraConfig
 from vision_s2r.close_gap import withheld
 from vision_s2r.close_gap.beliefs import blind, diagnosed, posterior
-from vision_s2r.close_gap.summary import recovered
+from vision_s2r.close_gap.summary import Closed, recovered, said, summary
 from vision_s2r.joint import pack, simulate
 from vision_s2r.recording import read, write
 from vision_s2r.report.robot import html
@@ -88,6 +90,20 @@ def test_recovered_is_the_share_of_what_the_truth_wins():
     truth[:, :40], half[:, :20] = 1, 1
     found = recovered({"as_it_came": came, "true_effects": truth, "diagnosed": half}, 0)
     assert found["value"] == pytest.approx(0.5) and found["low"] < 0.5 < found["high"]
+
+
+def test_a_share_of_what_may_be_nothing_is_not_said():
+    robot, report = withheld.Withheld("robot", Path("robot"), None), {"verdict": "explained", "effects": []}
+
+    def of(truth, scenes):
+        wins = dict.fromkeys(("as_it_came", "everything"), 6) | {"diagnosed": 12, "true_effects": truth}
+        outcomes = {row: np.tile(np.arange(20) < count, scenes // 20) for row, count in wins.items()}
+        return list(said(summary([Closed(robot, report, None, {"sources": []}, outcomes, {})], 0)))
+
+    few, many = of(7, 20), of(14, 400)
+    assert few[0].endswith("20 a row: as it came 30 %, everything 30 %, diagnosed 60 %, true effects 35 %")
+    assert "do not say: the true effects win +5 points (+0 to " in few[1]
+    assert "recovers 75 % (" in many[1]
 
 
 def test_the_page_begins_with_what_to_mend_first():

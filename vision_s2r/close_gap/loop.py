@@ -16,7 +16,7 @@ from vision_s2r.close_gap import training
 from vision_s2r.close_gap.beliefs import Belief, blind, diagnosed, known, posterior
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
-from vision_s2r.close_gap.summary import Closed, summary
+from vision_s2r.close_gap.summary import Closed, said, summary
 from vision_s2r.close_gap.task import Task, Way, losses
 from vision_s2r.close_gap.withheld import Withheld, withhold
 from vision_s2r.diagnose.config import DiagnoseConfig
@@ -148,6 +148,5 @@ def _save(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> None:
     content = summary(closed, cfg.seed)
     write(out / SUMMARY, json.dumps(finite(content), indent=1) + "\n")
     draw(content["robots"], out / PICTURE)
-    if "recovered" in content:
-        found = content["recovered"]
-        log.info("recovered %.0f %% (%.0f to %.0f) of what the true effects win", *(100 * x for x in found.values()))
+    for line in said(content):
+        log.info("%s", line)

@@ -1,6 +1,6 @@
 """What closing the loop won, over all robots together."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
@@ -38,7 +38,8 @@ def summary(closed: Sequence[Closed], seed: int) -> dict[str, Any]:
     }
     content["diagnosed_over_everything"] = _difference(held["diagnosed"], held["everything"], seed)
     if "true_effects" in rows:
-        content["recovered"] = recovered(held, seed)
+        won = content["over_as_it_came"]["true_effects"]["low"] > 0  # else its share is one of what may be nothing
+        content["recovered"] = recovered(held, seed) if won else None
         content["named_first"] = _named_first(closed)
     return content
 
@@ -68,16 +69,29 @@ def _difference(first: np.ndarray, second: np.ndarray, seed: int) -> dict[str, f
     return {"value": float(each.mean()), "low": low, "high": high}
 
 
+def said(content: Mapping[str, Any]) -> Iterator[str]:
+    """A summary in lines: how often each row succeeds, and what the diagnosis recovers."""
+    rows = [f"{row.replace('_', ' ')} {100 * each['value']:.0f} %" for row, each in content["rows"].items()]
+    yield f"grasps that succeed, {sum(one['attempts'] for one in content['robots'])} a row: {', '.join(rows)}"
+    if content.get("recovered"):
+        shares = (100 * content["recovered"][key] for key in ("value", "low", "high"))
+        yield "the diagnosis recovers {:.0f} % ({:.0f} to {:.0f}) of what the true effects win".format(*shares)
+    elif "recovered" in content:
+        points = (100 * content["over_as_it_came"]["true_effects"][key] for key in ("value", "low", "high"))
+        yield (
+            "what part of it the diagnosis recovers these grasps do not say: "
+            "the true effects win {:+.0f} points ({:+.0f} to {:+.0f})".format(*points)
+        )
+
+
 def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
-    """Of what the true effects win over the simulator as it came, the part that the diagnosis wins; nan of nothing."""
+    """Of what the true effects win over the simulator as it came, the part that the diagnosis wins."""
     won, possible = ((held[row] - held["as_it_came"]).ravel() for row in ("diagnosed", "true_effects"))
 
     def part(counts: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray((counts @ won) / (counts @ possible))
 
-    if possible.sum() <= 0:
-        return dict.fromkeys(("value", "low", "high"), float("nan"))
     low, high = interval(part, len(won), seed)
     return {"value": float(part(np.ones((1, len(won))))[0]), "low": low, "high": high}
 
