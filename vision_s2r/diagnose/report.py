@@ -161,7 +161,9 @@ def _candidates(
         elif name in undecided:
             line |= {"status": "undecided", "evidence": undecided[name]}
         elif name in settled.slight:
-            line |= {"reason": f"it closes less than {LEAST_SHARE:.0%} of the gap"}
+            line |= {
+                "reason": f"it closes less than {LEAST_SHARE:.0%} of the gap, or others do about as well without it"
+            }
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats

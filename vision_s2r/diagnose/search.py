@@ -1,7 +1,6 @@
 """Which effects: sets grown, pruned and swapped by held-out likelihood, beside flexible unknowns."""
 
 from dataclasses import dataclass
-from itertools import combinations
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
@@ -9,7 +8,6 @@ from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 MUCH = 0.33  # of the gap: effects that leave no more do much work
-HIDDEN = 4.0  # times the evidence for a nominal parameter that the recording could hardly have shown
 
 
 @dataclass(frozen=True)
@@ -19,7 +17,7 @@ class Found:
     final: Assessment  # effects and discrepancies that are needed; other nominal parameters as they came
     refitted: Assessment  # every nominal parameter refitted, no effect added
     nominal: Assessment  # the simulator as it came
-    identified: Assessment  # nominal parameters that have to differ, and what is certain; no effect is added
+    identified: Assessment  # … and what is certain
     effects: Names  # named ones
     unknown: Names  # discrepancies that were needed: something is there that no effect of the library is
     resembles: Names  # these, and discrepancies that would take off something of what is left
@@ -56,8 +54,7 @@ class Search:
         doubtful = frozenset() if adequate and not unknown else self._case.refitted | final.names - named.names
         effects = final.names - unknown - {name for name in doubtful if self._case.library[name].source == "dynamics"}
         refitted = assess.one(self._case.refitted)
-        identified = base if adequate and not unknown else self._identified(base)
-        return Found(final, refitted, nominal, identified, effects, unknown, resembles | unknown, adequate)
+        return Found(final, refitted, nominal, base, effects, unknown, resembles | unknown, adequate)
 
     def _grow(self, base: Assessment) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
@@ -142,36 +139,6 @@ class Search:
             found = least
         return found
 
-    def _identified(self, found: Assessment) -> Assessment:
-        """With those nominal parameters alone without which the recording is predicted worse.
-
-        They get no names: what only shows in a few places, however much there, is kept. One gain that says the same as
-        two of them is taken.
-        """
-        found = self._as_well(found)
-        free = self._case.refitted - found.names
-        gains = [a & b - free for a, b in combinations(self._case.simplify(found.names), 2)]
-        simpler = max(
-            self._assessor.assess([(names, found.hypothesis) for names in gains]), key=lambda a: a.score, default=found
-        )
-        return simpler if found.score - simpler.score <= self._cfg.evidence else found
-
-    def _as_well(self, found: Assessment) -> Assessment:
-        """Without nominal parameters whose loss costs less of the likelihood on held-out data than the evidence.
-
-        What the recording could hardly have shown is likelier to do the work of something else where it seems to show.
-        """
-        doubtful = sorted(found.names & self._case.refitted)
-        wanted = {n: self._cfg.evidence * (HIDDEN if n in self._case.not_excited else 1) for n in doubtful}
-        scores = self._assessor.fit((found.names - {name}, found.hypothesis) for name in doubtful)
-        whole = self._assessor.fit([(found.names, found.hypothesis)])[found.names]
-        for name in sorted(doubtful, key=lambda each: (whole - scores[found.names - {each}]) / wanted[each]):
-            less = self._assessor.one(found.names - {name}, found.hypothesis)
-            if found.score - less.score > wanted[name]:
-                break
-            found = less
-        return found
-
     def _challenge(self, named: Assessment, base: Assessment) -> tuple[Assessment, Names]:
         """The named set against flexible unknowns: beside it, or instead of it, where something is left.
 
@@ -247,12 +214,12 @@ class Search:
     def _restore(self, found: Assessment) -> Assessment:
         """Nominal parameters back to their nominal values, apart from those that have to differ.
 
-        Where several have to, one effect more, or a torque constant, may say the same with fewer names; beside
-        something unknown nominal parameters are not named in any case.
+        Where several have to, one effect more, or a torque constant, may say the same with fewer names; where something
+        is left nominal parameters are not named in any case, and have the values that the data ask for.
         """
         unknown = bool(found.names & self._discrepancies)
         if not unknown and not self._assessor.adequate(found):
-            return self._shed(self._identified(found), self._effects)
+            return self._shed(found, self._effects)
         found = self._shed(found, self._case.refitted)
         if not unknown:
             found = self._shed(found, self._effects | self._case.refitted)

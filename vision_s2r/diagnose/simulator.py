@@ -1,9 +1,9 @@
 """What a diagnosis ends with: a simulator, which is what its report measures and its patch holds.
 
 It has the effects that are named and the nominal parameters that the data ask for, and no discrepancy terms, which
-nobody could take over. Where something unknown is beside it, either its parameters as they were found beside a
-discrepancy term, or identified once more without, are better on held-out data; where no more than a signature is named,
-the nominal parameters are identified.
+nobody could take over: parameters that were found beside one are found once more without, or what it did in their place
+would be missing. Where something is left, an effect has to lower the held-out error of a simulator whose nominal
+parameters are all identified without it; with none that does, that one is what the diagnosis ends with.
 """
 
 from dataclasses import dataclass, replace
@@ -15,12 +15,14 @@ from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
+from vision_s2r.statistics import lower_bound
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
+SURE = 0.975  # of what an effect brings where something is left: the lower end of an interval of 95 %
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
 LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
-NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part
+NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part; all must, beside guesses
 WIDE = 10.0  # between the ends of its interval: a size that is known no better beside guesses and something unknown
 
 
@@ -65,6 +67,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             for name in sorted(found.effects - frozenset(case.certain))
             if (is_slight(gap.share(stated[name])) and not _needed(assessor, found, name))
             or (_open(found) and case.guessed and not _known(case, found.final, name))
+            or (_open(found) and _idle(case, assessor, simulator, name))
         ]
         if not weak:
             causes = _causes(case, simulator, gap, parts) - found.effects
@@ -90,6 +93,20 @@ def _causes(case: Case, simulator: Simulator, gap: Gap, parts: dict[str, np.ndar
 def is_slight(share: Share) -> bool:
     """Whether an effect of this share of the gap closes too little of it to be named."""
     return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
+
+
+def _idle(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> bool:
+    """Whether, with nominal parameters and other effects fitted once more, the simulator does about as well without it.
+
+    Stretches of one motion are alike, other motions are not: what brings little on those is often lost on these.
+    """
+    if name in case.refitted or not case.refitted:
+        return False
+    fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
+    without = _of(case, assessor, fitted, fitted.names).error
+    least = NEEDED if case.guessed else 1 - BETTER**2
+    relief, rest = without - simulator.error, without - case.floor(range(case.segments))
+    return bool(relief.mean() < least * rest.mean()) or lower_bound(relief, SURE, assessor.seed) <= 0
 
 
 def _stated(
@@ -133,32 +150,39 @@ def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> 
 
 
 def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
-    """The best of what the named effects make of the simulator, and no worse than one that is merely identified.
+    """What the named effects make of the simulator, or one that is merely identified, where that does as well.
 
     The simulator as it came where nothing is to be mended, or all are worse.
     """
     nominal = _of(case, assessor, found.nominal, frozenset())
-    certain = frozenset(case.certain)
     if not found.effects and assessor.adequate(found.nominal):
         return nominal
-    others = []
-    if _open(found):  # identified: by few parameters, or by all, a servo's with a gain for one
-        whole = case.refitted | certain
-        gains = case.simplify(whole)[:1] if case.guessed else []
-        others = [found.identified, *(assessor.one(names) for names in (*gains, whole))]
-    if found.effects <= certain and others:
-        # No effect whose parameters a discrepancy term would have kept from doing the unknown's work.
-        best = _of(case, assessor, others[0], others[0].names)
-    else:
-        best = _of(case, assessor, found.final, found.final.names - found.unknown)
-        if found.unknown:
-            plain = dict.fromkeys((best.names, found.effects))
-            others = [assessor.one(names, found.final.hypothesis) for names in plain] + others
-    for assessment in others:
-        other = _of(case, assessor, assessment, assessment.names)
-        if other.error.mean() < BETTER**2 * best.error.mean():
-            best = other
+    best = _of(case, assessor, found.final, found.final.names - found.unknown)
+    if _open(found):
+        identified = _identified(case, assessor, found)
+        anew = assessor.one(found.effects | found.identified.names, found.final.hypothesis)
+        best = _better(_of(case, assessor, anew, anew.names), best)
+        best = identified if found.effects <= frozenset(case.certain) else _better(identified, best)
     return best if best.error.mean() < nominal.error.mean() else nominal
+
+
+def _identified(case: Case, assessor: Assessor, found: Found) -> Simulator:
+    """No effect but what is certain, and every nominal parameter.
+
+    A gain takes the place of one of them where that is better, or says the same beside a value that is no guess.
+    """
+    whole = found.identified
+    best = _of(case, assessor, whole, whole.names)
+    for names in case.simplify(whole.names)[:1]:
+        gain = assessor.one(names)
+        other = _of(case, assessor, gain, names)
+        same = whole.score - gain.score <= assessor.cfg.evidence and not whole.names - names <= case.guessed
+        best = other if same else _better(other, best)
+    return best
+
+
+def _better(other: Simulator, best: Simulator) -> Simulator:
+    return other if other.error.mean() < BETTER**2 * best.error.mean() else best
 
 
 def _of(case: Case, assessor: Assessor, assessment: Assessment, names: Names) -> Simulator:
