@@ -78,7 +78,7 @@ def test_a_pendulum_log_has_its_weight_and_its_supply(tmp_path):
         (tmp_path / f"{name}.json").write_text(json.dumps(log))
     recording = read(import_recording("bam", tmp_path, tmp_path / "out")[0].folder)
     assert len(recording) == 2 and recording.nominal["gravity_torque"] == pytest.approx(0.980665)
-    assert recording.nominal["proportional_gain"] == 13.0
+    assert recording.nominal["proportional_gain"] == 13.0 and recording.nominal["back_emf"] == 0.62
     np.testing.assert_allclose(recording.supply[0], np.where(T < 3, 0.95, 0.0))
 
 

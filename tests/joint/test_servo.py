@@ -81,7 +81,7 @@ def reference(nominal, effects, times, target, external=None, scale=None):
         u = min(max(u, -n.command_limit), n.command_limit) * (1.0 if scale is None else scale[now[k]])
         motor = n.torque_constant * u
         if scale is None or scale[now[k]] > 0:
-            motor -= effects.get("back_emf", {"damping": 0.0})["damping"] * v
+            motor -= effects.get("back_emf", {"value": 0.0})["value"] * v
         dry = n.coulomb_friction
         if e["stribeck_friction"]:
             s = e["stribeck_friction"]
@@ -145,7 +145,7 @@ def test_each_effect_in_the_loop_is_what_fine_steps_make_of_it(name):
         assert np.sqrt(np.mean((run(nominal, {}, times, target) - expected)[:, 0] ** 2)) > 5 * apart
 
 
-@pytest.mark.parametrize("effects", [{}, {"back_emf": {"damping": 0.25}}])
+@pytest.mark.parametrize("effects", [{}, {"back_emf": {"value": 0.25}}])
 def test_a_pull_a_supply_and_a_drive_that_is_switched_off(effects):
     times = uneven(50.0, 2.4)
     target = steps(times)

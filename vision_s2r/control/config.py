@@ -21,7 +21,7 @@ DRIVE: Effects = {
     "stribeck_friction": {"static": [0.03, 0.10], "velocity": [0.05, 0.4]},
     "cogging": {"amplitude": [0.0, 0.12], "teeth": [6, 24], "probability": 0.15},
     "thermal_drift": {"rate": [0.0, 0.1], "probability": 0.15},
-    "back_emf": {"damping": [0.0, 0.3], "probability": 0.15},
+    "back_emf": {"value": [0.0, 0.3], "probability": 0.15},
     "latency": {"delay": [0.0, 0.02], "probability": 0.3},
     "backlash": {"width": [0.005, 0.05], "probability": 0.15},
     "encoder_quantization": {"resolution": [0.001, 0.015], "probability": 0.15},

@@ -14,7 +14,7 @@ from vision_s2r.identify.forward import Forward
 from vision_s2r.identify.identifiable import doubts, identifiable
 from vision_s2r.identify.identified import Identified, nominal_of
 from vision_s2r.identify.inverse import KNOWN, Inverse, regression
-from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, SERVO
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, REFITTED, SERVO
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, read_report
 
@@ -29,7 +29,7 @@ def identify(recording: JointRecording, cfg: IdentifyConfig | None = None) -> Id
     held = cfg.hold.known()
     if not recording.servo and (wrong := sorted(asked & set(SERVO))):
         raise UserError(f"{wrong[0]} is of a position servo, but the recording has no targets")
-    wanted = (asked | (frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO})) - held.keys()
+    wanted = (asked | frozenset(REFITTED)) - held.keys()
     if recording.units == "linear" and not recording.nominal["gravity_torque"]:
         wanted -= {"gravity_torque"} - asked  # the sine of a distance is no load
     if cfg.method == "inverse" and not wanted <= KNOWN:

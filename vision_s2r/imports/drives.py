@@ -20,10 +20,17 @@ DRIVES = {
         control={"proportional": 17.8, "limit": 3.35},
         source="the SO-101's MuJoCo model (github.com/TheRobotStudio/SO-ARM100), adapted there from Open Duck Mini",
     ),
-    # Damping is stall torque over no-load speed. The gain is that of the firmware's 32, whose law asks for 0.166 of the
-    # full pulse width a radian and unit of gain, by an oscilloscope (BAM's bam/feetech/actuator.py); here of 4.9 N·m.
+    # Back-EMF is stall torque over no-load speed; of viscous damping beside it the data sheet says nothing. The gain is
+    # that of the firmware's 32, whose law asks for 0.166 of the full pulse width a radian and unit of gain, by an
+    # oscilloscope (BAM's bam/feetech/actuator.py); here of 4.9 N·m.
     "sts3250": KnownDrive(
-        nominal={"torque_constant": 1.0, "inertia": 0.012, "viscous_damping": 0.62, "coulomb_friction": 0.10},
+        nominal={
+            "torque_constant": 1.0,
+            "inertia": 0.012,
+            "viscous_damping": 0.0,
+            "coulomb_friction": 0.10,
+            "back_emf": 0.62,
+        },
         control={"proportional": 26.0, "limit": 4.9},
         source="its data sheet (4.9 N·m, 75 rpm at 12 V), the gain as BAM has it (github.com/Rhoban/bam)",
     ),

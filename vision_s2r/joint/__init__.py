@@ -14,7 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vision_s2r.joint.effect import JointEffect, unit
-    from vision_s2r.joint.machine import COLUMNS, DYNAMICS, JOINT_EFFECTS, SERVO, NominalJoint, pack, pack_many
+    from vision_s2r.joint.machine import (
+        COLUMNS,
+        DYNAMICS,
+        JOINT_EFFECTS,
+        REFITTED,
+        SERVO,
+        NominalJoint,
+        pack,
+        pack_many,
+    )
     from vision_s2r.joint.simulation import simulate
     from vision_s2r.joint.stepping import Joints
     from vision_s2r.joint.tables import Tables
@@ -23,6 +32,7 @@ __all__ = [
     "COLUMNS",
     "DYNAMICS",
     "JOINT_EFFECTS",
+    "REFITTED",
     "SERVO",
     "JointEffect",
     "Joints",

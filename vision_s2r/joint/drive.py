@@ -39,7 +39,7 @@ REST: Weight = (1.0, 1.0)
 def needs_velocity(machine: JointMachine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
     stribeck_on = not math.isnan(machine.stribeck_friction_static) or machine.load_dependent_stribeck_coefficient > 0
-    limited = machine.torque_speed_limit_no_load_speed < math.inf or machine.back_emf_damping > 0
+    limited = machine.torque_speed_limit_no_load_speed < math.inf or machine.back_emf > 0
     return stribeck_on or limited or tables[1, 2] > 0 or machine.derivative_gain > 0 or slot_needs_velocity(machine)
 
 
@@ -47,7 +47,7 @@ def needs_velocity(machine: JointMachine, tables: np.ndarray) -> bool:
 def steady(machine: JointMachine, heights: np.ndarray) -> bool:
     """Whether a command held makes one torque in one direction, apart from viscous damping."""
     fixed = math.isnan(machine.stribeck_friction_static) and machine.torque_speed_limit_stall == math.inf
-    fixed = fixed and machine.load_dependent_stribeck_coefficient == 0 and machine.back_emf_damping == 0
+    fixed = fixed and machine.load_dependent_stribeck_coefficient == 0 and machine.back_emf == 0
     return fixed and machine.gravity_torque == 0 and not slot_on(machine) and len(heights) == 0
 
 
@@ -90,7 +90,7 @@ def _motor(
         torque = limit_by_speed(
             torque, velocity, machine.torque_speed_limit_stall, machine.torque_speed_limit_no_load_speed
         )
-    return torque + back_emf(machine.back_emf_damping, factor, velocity)
+    return torque + back_emf(machine.back_emf, factor, velocity)
 
 
 @compiled

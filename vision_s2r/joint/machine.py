@@ -20,8 +20,9 @@ from vision_s2r.joint.effect import JOINT_EFFECTS
 class NominalJoint:
     """The nominal simulator: J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0. SI units, rotary or linear.
 
-    The encoder shows θ + position_offset. With a proportional gain the joint is a position servo: it is commanded by
-    target positions, and u = clip(proportional_gain·(target − θ) − derivative_gain·θ̇, ±command_limit) at every moment.
+    The encoder shows θ + position_offset. While its drive is on, a motor brakes itself by back_emf·θ̇ besides. With a
+    proportional gain the joint is a position servo: it is commanded by target positions, and
+    u = clip(proportional_gain·(target − θ) − derivative_gain·θ̇, ±command_limit) at every moment.
     """
 
     torque_constant: float
@@ -31,6 +32,7 @@ class NominalJoint:
     gravity_torque: float = 0.0
     bias_torque: float = 0.0
     position_offset: float = 0.0
+    back_emf: float = 0.0
     proportional_gain: float | None = None  # None: no servo
     derivative_gain: float = 0.0
     command_limit: float = math.inf
@@ -38,6 +40,8 @@ class NominalJoint:
 
 _NOMINAL = tuple(field.name for field in fields(NominalJoint))
 DYNAMICS = tuple(name for name in _NOMINAL if name in JOINT_EFFECTS)  # the effects that replace a nominal value
+# What is refitted to any recording; others take a gain, a load or a drive that is off to be told apart.
+REFITTED = ("inertia", "viscous_damping", "coulomb_friction", "gravity_torque", "bias_torque")
 SERVO = tuple(effect.name for effect in JOINT_EFFECTS if effect.servo)  # the effects of position servos alone
 
 # The flat layout of one machine: the nominal values, then every parameter of every effect of the drive.

@@ -13,11 +13,11 @@ def joint(named: Diagnosed, recording: JointRecording, randomize: bool) -> str:
     """YAML of a joint: `nominal` with the diagnosed values in it, and `effects` of the drive."""
     lines = [f"# A joint as it was diagnosed{f', {RANDOMIZED}' if randomize else ''}; SI units, {recording.units}.", ""]
     lines += ["# J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0", "nominal:"]
-    for name in [name for name in DYNAMICS if name in recording.nominal]:
+    for name in [name for name in DYNAMICS if name in recording.nominal or name in named]:
         (parameter,) = JOINT_EFFECTS[name].parameters
         where = unit(parameter, recording.units)
         if name in named:
-            nominal = f"{recording.nominal[name]:.6g}"
+            nominal = f"{recording.nominal.get(name, 0.0):.6g}"
             lines += entry(name, named[name]["value"], where, randomize, f"; nominal was {nominal}", "  ")
         else:
             lines += [f"  # {where}; as it was", f"  {name}: {number(recording.nominal[name])}"]

@@ -14,7 +14,7 @@ from vision_s2r.recording.table import LARGEST_VALUE, RATE_TOLERANCE
 
 KEYS = ("format", "kind", "sample_time", "nominal", "units", "control")
 # Of the nominal simulator J·θ̈ = K·u − b·θ̇ − τ_f·sign(θ̇) − τ_g·sin θ − τ_0: the least value of each, and whether
-# it is one; the last three are optional.
+# it is one; the last four are optional.
 NOMINAL = {
     "torque_constant": (0.0, False),
     "inertia": (0.0, False),
@@ -23,7 +23,9 @@ NOMINAL = {
     "gravity_torque": (-math.inf, True),
     "bias_torque": (-math.inf, True),
     "position_offset": (-math.inf, True),
+    "back_emf": (0.0, True),
 }
+UNSAID = ("position_offset", "back_emf")  # none, unless a recording says so
 OPTIONAL = {"gravity_torque": 0.0, "bias_torque": 0.0}
 CONTROL = {"proportional": "proportional_gain", "derivative": "derivative_gain", "limit": "command_limit"}
 COMMANDS = {
@@ -98,12 +100,12 @@ def of_rows(
 
 def _nominal(given: dict[str, Any], command: str, where: str) -> dict[str, float]:
     where = f"{where}: nominal"
-    optional = {*OPTIONAL, "position_offset"} | ({"torque_constant"} if command != "current" else set())
+    optional = {*OPTIONAL, *UNSAID} | ({"torque_constant"} if command != "current" else set())
     check_keys(given, NOMINAL, where, [key for key in NOMINAL if key not in optional])
     values = {
         key: header.number(given, key, where, low, LARGEST_VALUE, inclusive) if key in given else OPTIONAL.get(key, 1.0)
         for key, (low, inclusive) in NOMINAL.items()
-        if key in given or key != "position_offset"
+        if key in given or key not in UNSAID
     }
     return values | {"torque_constant": 1.0} if command in ("torque", "force") else values
 

@@ -107,14 +107,26 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
 
 def test_a_drive_that_is_off_tells_the_motors_damping_from_friction():
     """And a simulation that runs away is no perfect fit."""
-    truth = {"viscous_damping": {"value": 0.05}, "back_emf": {"damping": 0.3}}
+    truth = {"viscous_damping": {"value": 0.05}, "back_emf": {"value": 0.3}}
     on = np.where(np.arange(200) % 50 < 30, 1.0, 0.0)
     case = open_case(a_servo(50.0, truth, on=on))
     found = case.fit(case.refitted, range(case.segments), None).values
-    assert found["back_emf"]["damping"] == pytest.approx(0.3, rel=0.03)
+    assert found["back_emf"]["value"] == pytest.approx(0.3, rel=0.03)
     assert found["viscous_damping"]["value"] == pytest.approx(0.05, rel=0.1)
-    wild = {**found, "inertia": {"value": 0.001}, "back_emf": {"damping": 50.0}}
+    wild = {**found, "inertia": {"value": 0.001}, "back_emf": {"value": 50.0}}
     assert case.excess(Hypothesis(wild), [0])[0] > 1e3
+
+
+def test_what_is_believed_parts_a_motors_brake_from_friction_where_its_drive_is_never_off():
+    recording = a_servo(50.0, {"viscous_damping": {"value": 0.05}, "back_emf": {"value": 0.3}})
+    case = open_case(replace(recording, nominal={**NOMINAL, "viscous_damping": 0.02, "back_emf": 0.25}))
+    found = case.fit(case.refitted, range(case.segments), None).values
+    friction, brake = found["viscous_damping"]["value"], found["back_emf"]["value"]
+    assert (
+        friction + brake == pytest.approx(0.35, rel=0.03)
+        and brake > 0.25
+        and "never off" in case.not_excited["back_emf"]
+    )
 
 
 def test_a_sensor_that_is_believed_to_stretch_leaves_what_it_shows():

@@ -23,7 +23,7 @@ from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
-from vision_s2r.joint import DYNAMICS, SERVO, unit
+from vision_s2r.joint import DYNAMICS, REFITTED, SERVO, unit
 from vision_s2r.recording import JointRecording, split
 
 STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
@@ -58,7 +58,7 @@ class JointCase:
     unsteady = ""
     allowance = 0.0
     sharp = False
-    refitted: Names = frozenset(DYNAMICS) - {"torque_constant", "position_offset", *SERVO}
+    refitted: Names = frozenset(REFITTED)
     discrepancies: Mapping[str, str] = MEANINGS
 
     def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
@@ -74,10 +74,13 @@ class JointCase:
         self.track: JointTrack = make_track(recording, derived)
         self.segments = self.track.count
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
-        # A servo's torque is known to nobody, and its constants are copied from elsewhere.
-        self.guessed: Names = frozenset({*DYNAMICS} & self.library.keys()) if recording.servo else frozenset()
-        # The damping that a model believes in is in part the motor's, which goes with its drive.
-        self.refitted = frozenset((self.refitted | ({"back_emf"} if off else set())) & self.library.keys())
+        # A servo's torque is known to nobody, and its constants are copied from elsewhere; a weight was weighed.
+        weighed = {"gravity_torque"} if recording.nominal.get("gravity_torque") else set()
+        self.guessed: Names = frozenset({*DYNAMICS} & self.library.keys() - weighed if recording.servo else ())
+        # The damping that a model believes in is in part the motor's, which goes with its drive. Where that is never
+        # off, nothing but what is believed parts them.
+        parted = off or bool(recording.nominal.get("back_emf"))
+        self.refitted = frozenset((self.refitted | ({"back_emf"} if parted else set())) & self.library.keys())
         self.metric, self.unit = gap_metric(recording)
         self.described = self._describe()
         rounding = grid.resolution**2 / 12 if grid else 0.0

@@ -7,16 +7,17 @@ from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 @JOINT_EFFECTS.register
 class BackEmf(JointEffect):
-    """− damping·θ̇ of the motor's torque while the drive is on: a voltage drives it, less what its motion induces.
+    """− back_emf·θ̇ of the motor's torque while the drive is on: a voltage drives it, less what its motion induces.
 
     A drive that is off (`enabled` or `supply` is 0) leaves the windings open, and only b is left; where it is never off
-    this is one with viscous damping. The damping is K_t²/R at the joint (Duclusaud, Passault, Padois, Daney 2024:
+    this is one with viscous damping, and what is believed of both tells them apart. It is K_t²/R at the joint, a data
+    sheet's stall torque over its speed without load (Duclusaud, Passault, Padois, Daney 2024:
     "Extended friction models for the physics simulation of servo actuators").
     """
 
     name = "back_emf"
-    source = "actuator"
-    parameters = (Parameter("damping", "N·m·s/rad", low=0.0, high=1e6, neutral=0.0, moderate=0.2),)
+    source = "dynamics"
+    parameters = (Parameter("value", "N·m·s/rad", low=0.0, high=1e6, neutral=None, moderate=0.2),)
 
 
 @compiled

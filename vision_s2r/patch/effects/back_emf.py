@@ -5,6 +5,6 @@ from vision_s2r.patch.effect import JOINT_PATCHES, JointPatch
 JOINT_PATCHES.register(
     "back_emf",
     JointPatch(
-        words="take {damping} {torque}·s/{length} times the motor's speed off its torque while the drive is on",
+        words="take {value} {torque}·s/{length} times the motor's speed off its torque while the drive is on",
     ),
 )

@@ -9,20 +9,21 @@ from vision_s2r.fit.joint.track import JointTrack
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
-    damping = track.scales.damping
-    return [linear("damping", 0.0, 20 * damping + 5 * track.nominal.viscous_damping, damping)]
+    damping, nominal = track.scales.damping, track.nominal
+    believed = nominal.back_emf or nominal.viscous_damping  # which is in part the motor's, that goes with its drive
+    return [linear("value", 0.0, 20 * (damping + believed), damping, 0.5 * believed or damping)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start: the damping that there is, parted in several ways; the fit takes the rest off b."""
-    return [{"damping": part * max(row["viscous_damping"], track.scales.damping)} for part in (0.2, 0.6, 0.9)]
+    return [{"value": part * max(row["viscous_damping"], track.scales.damping)} for part in (0.2, 0.6, 0.9)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting | None:
     """A size that an engineer would care about; none where the drive is never off."""
     scale = track.inputs.scale
     off = scale is not None and bool((scale <= 0).any())
-    return {"damping": 0.3 * max(row["viscous_damping"], track.scales.damping)} if off else None
+    return {"value": 0.3 * max(row["viscous_damping"], track.scales.damping)} if off else None
 
 
 JOINT_FITS.register(
