@@ -13,12 +13,15 @@ from vision_s2r.contact.benchmark import toss
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.diagnose import diagnose, diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
+from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.contact.case import ContactCase
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
 from vision_s2r.recording import ContactRecording, write
+from vision_s2r.recording.contact import COLUMNS
 
 NOMINAL = NominalContact(0.37, 0.5, 0.2)
 CUBE = box((0.05, 0.05, 0.05))
@@ -178,3 +181,22 @@ def test_a_short_and_a_ball_s_recording_go_through_a_replay(tmp_path):
     cfg = ReplayConfig(str(folder), str(tmp_path / "report.json"), str(tmp_path / "replay"))
     result = json.loads(replay_all(cfg)[0].read_text())
     assert result["gap"]["before"] == result["gap"]["after"] < 5e-3
+
+
+def test_the_throws_that_are_asked_for_show_what_was_not_excited():
+    known = ("lateral_friction", "restitution", "spinning_friction")
+    library = {effect.name: effect for effect in CONTACT_EFFECTS if effect.name in known}
+    truth = {"spinning_friction": {"value": 0.006}}
+    dropped = np.zeros((6, 13))
+    dropped[:, 6], dropped[:, 2] = 1, 0.05 + np.linspace(0.05, 0.2, 6)  # flat, from some height, and never turning
+    gentle = ContactCase(tossed(truth, 6, first=dropped)[0], library)
+    assert set(gentle.not_excited) == {"spinning_friction"}
+    asked = gentle.experiment([Hypothesis()], sorted(gentle.not_excited))
+    assert asked.sentence.startswith("Record 4 ") and "would show spinning_friction" in asked.sentence
+    first = np.column_stack([asked.commands[name] for name in COLUMNS if name not in ("episode", "t")])
+    lowest = CUBE.lowest(first[:, :3], first[:, 3:7])
+    assert (lowest >= 0).all() and lowest.max() < 0.25 and np.linalg.norm(first[:, 7:10], axis=1).max() < 3
+    told = ContactCase(tossed(truth, len(first), first=first)[0], library)
+    assert not told.not_excited
+    gains = told.screen(Hypothesis(), sorted(library))
+    assert gains["spinning_friction"] > 100 and max(gains, key=lambda name: gains[name]) == "spinning_friction"

@@ -12,6 +12,7 @@ from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples,
 from vision_s2r.fit.contact import uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
+from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
@@ -178,13 +179,4 @@ class ContactCase:
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next."""
-        names = list(not_excited)
-        for rival in rivals[1:]:
-            names += sorted(names_of(rivals[0]) ^ names_of(rival))
-        wishes = [
-            f"{CONTACT_FITS[name].excited_by} would show {name}"
-            for name in dict.fromkeys(names)
-            if name in CONTACT_FITS
-        ]
-        text = "; ".join(wishes[:4])
-        return Experiment(f"{text[0].upper()}{text[1:]}." if text else "")
+        return experiment(self.track, rivals, not_excited, float(self._fitter.temper[0]))

@@ -10,6 +10,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import Predictor
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
+from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed
@@ -64,19 +65,16 @@ class ContactFitter(Fitter[ContactSpace]):
 
     def shows(self, hypothesis: Hypothesis, name: str) -> float:
         """Nats that this effect would bring at a plausible size: what it moves and the others cannot undo."""
-        data = self.data(range(self.count))
-        base = self.space(names_of(hypothesis) - {name})
-        space = self.space(names_of(hypothesis) | {name})
-        here = base.start(hypothesis)
         values = {**hypothesis.values, name: CONTACT_FITS[name].plausible(self.scales)}
-        now, slopes = self.predictor.slopes(base, here, data.episodes)
-        there = space.start(Hypothesis(values, hypothesis.extra))
-        moved = self.predictor.residuals(space, there[None], data.episodes)[0] - now
-        basis = slopes.reshape(base.size, -1).T
-        basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
-        flat = np.clip(moved, -5, 5).ravel()
-        rest = flat - basis @ np.linalg.lstsq(basis, flat, rcond=1e-9)[0]
-        return 0.5 * float(rest @ rest) * float(self.temper[0])
+        return self.apart(hypothesis, Hypothesis(values, hypothesis.extra), names_of(hypothesis) - {name})
+
+    def apart(self, hypothesis: Hypothesis, other: Hypothesis, free: Names) -> float:
+        """Nats that tell a hypothesis, whose `free` effects may imitate it, from another."""
+        data = self.data(range(self.count))
+        base, space = self.space(free), self.space(names_of(other))
+        now, slopes = self.predictor.slopes(base, base.start(hypothesis), data.episodes)
+        moved = self.predictor.residuals(space, space.start(other)[None], data.episodes)[0] - now
+        return apart(np.clip(moved, -5, 5).ravel(), slopes) * float(self.temper[0])
 
     def finish(self, space: ContactSpace, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
         """The optimum next to a point."""

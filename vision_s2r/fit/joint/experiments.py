@@ -15,13 +15,12 @@ from vision_s2r.fit.case import Experiment, Hypothesis, Names
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.space import JointSpace
+from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown
 from vision_s2r.joint import DYNAMICS, simulate
 
 SECONDS = 8.0  # of an episode
 EPISODES = 3
 SHARES = (0.1, 0.3, 1.0)  # of the largest command of the recording
-DECISIVE = 20.0  # nats that settle a question
-LEAST = 0.05  # of a question, about, that one more episode should settle
 ROOM, FASTER = 1.25, 4.0  # times the range and the largest speed of the recording: as far as an experiment goes
 ABOUT_ZERO = 0.01  # of the largest command: a centre of less is none
 WISHES = 4
@@ -78,15 +77,6 @@ class Design:
         return {name: command + self.centre for name, command in found.items()}
 
 
-@dataclass(frozen=True)
-class _Question:
-    """What an experiment is to settle, and how far each candidate does [C], nats."""
-
-    name: str  # of an effect that was not excited, or of a rival
-    rival: bool
-    nats: np.ndarray
-
-
 def experiment(
     fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], variance: np.ndarray
 ) -> Experiment:
@@ -98,20 +88,20 @@ def experiment(
     design = _design(fitter)
     base = rivals[0] if rivals else Hypothesis()
     asked = [name for name in not_excited if JOINT_FITS[name].excited_by]
-    sentences, columns, shown = [], {}, set()
+    sentences, columns, told = [], {}, set[str]()
     if len(rivals) > 1 or asked:
         candidates = design.candidates()
         commands = np.array(list(candidates.values()))
         questions, speeds = _questions(fitter, design, commands, base, rivals[1:], asked, variance)
-        chosen = _chosen(questions, np.isfinite(speeds))
+        chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
         if chosen:
             fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
-            sentences.append(_told([list(candidates)[k] for k in chosen], fast) + _settled(chosen, questions, base))
+            own = ", ".join(sorted(names_of(base))) or "nominal values"
+            sentences.append(_told([list(candidates)[k] for k in chosen], fast) + settled(chosen, questions, own))
             columns = _columns(commands[chosen], design)
-            settled = {q.name for q in questions if q.nats[chosen].sum() >= DECISIVE}
-            shown = {name for name in asked if name in settled}
+            told = set(shown(chosen, questions))
     wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
-    wishes = [wish for wish, name in zip(wishes, asked, strict=True) if name not in shown]
+    wishes = [wish for wish, name in zip(wishes, asked, strict=True) if name not in told]
     if wishes:
         sentences.append("; ".join(wishes[:WISHES]).capitalize() + ".")
     return Experiment(" ".join(sentences), columns)
@@ -142,7 +132,7 @@ def _questions(
     rivals: Sequence[Hypothesis],
     names: Sequence[str],
     variance: np.ndarray,
-) -> tuple[list[_Question], np.ndarray]:
+) -> tuple[list[Question], np.ndarray]:
     """What is open, and of each candidate [C] its peak speed; inf where it leaves the range of the recording."""
     track, channel = fitter.track, 0 if fitter.track.velocity is None else 1
     first = np.tile([design.start, 0.0], (len(commands), 1))
@@ -164,11 +154,11 @@ def _questions(
     states = run(space, points)
     plain, slopes = states[0], (states[1:, ..., channel] - states[0, ..., channel]) / steps[:, None, None]
 
-    def question(other: Hypothesis, name: str, free: Names, rival: bool) -> _Question:
+    def question(other: Hypothesis, name: str, free: Names, rival: bool) -> Question:
         theirs = fitter.space(names_of(other))
         change = run(theirs, theirs.start(other)[None])[0, ..., channel] - plain[..., channel]
         basis = slopes[[owner in free for owner in space.owner]]
-        return _Question(name, rival, _nats(change, basis, weight))
+        return Question(name, rival, _nats(change, basis, weight))
 
     weight = 1 / variance[channel]
     row = space.row(points[0])
@@ -187,13 +177,7 @@ def _questions(
 
 def _nats(change: np.ndarray, basis: np.ndarray, weight: float) -> np.ndarray:
     """Of each candidate [C]: of a change [C, T], what the slopes [D, C, T] cannot imitate."""
-    found = np.zeros(len(change))
-    for c, each in enumerate(np.nan_to_num(change)):
-        slopes = np.nan_to_num(basis[:, c]).T
-        slopes = slopes / np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
-        rest = each - slopes @ np.linalg.lstsq(slopes, each, rcond=1e-9)[0]
-        found[c] = 0.5 * weight * float(rest @ rest)
-    return found
+    return np.array([weight * apart(each, basis[:, c]) for c, each in enumerate(np.nan_to_num(change))])
 
 
 def _speeds(fitter: JointFitter, states: np.ndarray) -> np.ndarray:
@@ -206,37 +190,9 @@ def _speeds(fitter: JointFitter, states: np.ndarray) -> np.ndarray:
     return np.where(inside, fast, np.inf)
 
 
-def _chosen(questions: Sequence[_Question], allowed: np.ndarray) -> list[int]:
-    """The candidates that together settle most, the most telling first."""
-    chosen: list[int] = []
-    if not questions:
-        return chosen
-    nats = np.array([question.nats for question in questions]) * allowed  # [Q, C]
-    worth = np.array([len(questions) if question.rival else 1.0 for question in questions])
-
-    for _ in range(EPISODES):
-        total = nats[:, chosen].sum(axis=1, keepdims=True)
-        gains = worth @ (np.log1p((total + nats) / DECISIVE) - np.log1p(total / DECISIVE))
-        gains[chosen] = 0.0
-        if gains.max() < LEAST:
-            break
-        chosen.append(int(np.argmax(gains)))
-    return chosen
-
-
 def _told(names: Sequence[str], fast: str) -> str:
     """What to record."""
     return f"Record {', then '.join(names)}, {SECONDS:g} s each, up to {fast}: next_recording.csv holds the commands."
-
-
-def _settled(chosen: Sequence[int], questions: Sequence[_Question], base: Hypothesis) -> str:
-    """What it would settle, in a sentence that begins with a blank; none for nothing."""
-    totals = [(question, float(question.nats[list(chosen)].sum())) for question in questions]
-    own = ", ".join(sorted(names_of(base))) or "nominal values"
-    parts = [f"tells {own} from {question.name} ({nats:.2g} nats)" for question, nats in totals if question.rival]
-    shown = [question.name for question, nats in totals if not question.rival and nats >= DECISIVE]
-    parts += [f"would show {', '.join(shown)}"] if shown else []
-    return f" It {' and '.join(parts)}." if parts else ""
 
 
 def _columns(commands: np.ndarray, design: Design) -> dict[str, np.ndarray]:
