@@ -6,7 +6,13 @@ from typing import Any
 
 
 class UserError(Exception):
-    """Bad input. The message is one line: what is wrong, where, and what was expected."""
+    """Bad input. The message is one line: what is wrong, where, and what was expected.
+
+    One line whatever is quoted in it: names come from files, and may hold any character.
+    """
+
+    def __init__(self, message: str):
+        super().__init__(" ".join(message.splitlines()))
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

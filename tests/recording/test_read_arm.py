@@ -47,6 +47,7 @@ def test_velocity_and_torque_are_commands_too(folder):
     ("file", "old", "new", "message"),
     [
         ("recording.yaml", "elbow:", "elbw:", r"joints: no joint 'elbw' in two_links.xml, did you mean 'elbow'\?"),
+        ("recording.yaml", "elbow:", '"el\\nbow":', "joints: no joint 'el bow' in two_links.xml"),
         ("recording.yaml", "tip: tool", "tip: tol", "tip is 'tol', did you mean 'tool'"),
         ("recording.yaml", "command: position", "command: pos", "shoulder: command is 'pos', did you mean 'position'"),
         ("recording.yaml", "armature", "amature", "unknown key 'amature', did you mean 'armature'"),
