@@ -1,7 +1,9 @@
 """Rendering is resumable, repeatable and never hands out damaged data."""
 
 import errno
+import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -160,6 +162,25 @@ def test_missing_and_foreign_manifests(tmp_path):
     (tmp_path / "manifest.json").write_text("[]")
     with pytest.raises(UserError, match="expected format"):
         Views.open(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("render", "checksums", "message"),
+    [
+        ({"scenes": 10**30}, {}, "is not finished, 4999"),  # each of them was looked for
+        ({"scenes": 4, "shard_size": 5}, {}, r"shard-00000.safetensors: \[2\] scenes, expected 4 by the manifest"),
+        ({}, {"-1": ""}, "checksums of shard -1, expected numbers from 0"),
+    ],
+)
+def test_manifests_that_are_not_of_their_shards(config, views, tmp_path, render, checksums, message):
+    shutil.copytree(config.out, tmp_path / "renders")
+    path = tmp_path / "renders" / "manifest.json"
+    content = json.loads(path.read_text())
+    path.write_text(
+        json.dumps(content | {"render": content["render"] | render, "checksums": {**content["checksums"], **checksums}})
+    )
+    with pytest.raises(UserError, match=message):
+        Views.open(path.parent)
 
 
 def test_depth_is_metres(views):

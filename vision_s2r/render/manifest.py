@@ -57,6 +57,8 @@ class Manifest:
             data["checksums"] = {int(k): str(v) for k, v in data["checksums"].items()}
         except ValueError as error:
             raise UserError(f"{path}: checksums: {error}, expected the number of each shard") from error
+        if min(data["checksums"], default=0) < 0:
+            raise UserError(f"{path}: checksums of shard {min(data['checksums'])}, expected numbers from 0")
         return cls(**data)
 
     def save(self, folder: Path) -> None:

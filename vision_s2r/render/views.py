@@ -28,13 +28,18 @@ class Views:
         """
         folder = Path(folder)
         manifest = Manifest.load(folder)
-        missing = [k for k in range(manifest.shard_count) if k not in manifest.checksums]
+        count, scenes, most = manifest.shard_count, manifest.render["scenes"], manifest.render["shard_size"]
+        missing = count - sum(k < count for k in manifest.checksums)
         if missing:
-            raise UserError(f"{folder} is not finished, {len(missing)} shards missing: run `vision-s2r render` again")
+            raise UserError(f"{folder} is not finished, {missing} shards missing: run `vision-s2r render` again")
         for path in manifest.damaged(folder):
             raise UserError(f"{path} is damaged or missing: run `vision-s2r render` again to mend it")
-        shards = [_mapped(shard_path(folder, k)) for k in range(manifest.shard_count)]
-        return cls(shards, torch.arange(manifest.render["scenes"]), manifest)
+        shards = [_mapped(shard_path(folder, k)) for k in range(count)]
+        for k, shard in enumerate(shards):
+            rows, expected = {len(each) for each in shard.values()}, min(most, scenes - k * most)
+            if rows != {expected}:
+                raise UserError(f"{shard_path(folder, k)}: {sorted(rows)} scenes, expected {expected} by the manifest")
+        return cls(shards, torch.arange(scenes), manifest)
 
     def __len__(self) -> int:
         return len(self._indices)
