@@ -1,5 +1,6 @@
 """Cameras of other makers: by what kernel one looks between pixels, and by what curve it codes light, is no effect."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import torch
 
 from tests.fit.camera.test_camera_case import EVERY, FRAMES, opened, recorded, scenes
 from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.fit.camera.resampling import resampled
 from vision_s2r.recording.data import CameraRecording
 
 
@@ -30,6 +32,18 @@ def test_a_path_between_pixels_by_another_kernel_is_no_defocus() -> None:
     assert case.excess(fitted, EVERY).mean() < 1.1
     both = case.fit(frozenset({"motion_blur", "defocus_blur"}), EVERY, None)
     assert case.negligible(both, "defocus_blur")
+
+
+def test_an_interval_holds_for_a_path_that_is_sampled_otherwise() -> None:
+    """Both of its ends count in full: it varies by a twentieth more than an even one."""
+    length, angle = 1.6, math.radians(-25.0)
+    y, x = torch.meshgrid(torch.arange(64.0), torch.arange(64.0), indexing="ij")
+    places = [(x + t * math.cos(angle), y + t * math.sin(angle)) for t in np.linspace(-0.5, 0.5, 40) * length]
+    blurred = torch.stack([resampled(sim(), to_x[None], to_y[None], "bilinear") for to_x, to_y in places]).mean(0)
+    case = opened(seen(blurred))
+    fitted = case.fit(frozenset({"motion_blur"}), EVERY, None)
+    low, high = case.intervals(fitted)["motion_blur"]["length"]
+    assert low < length < high < 1.1 * length
 
 
 def test_light_through_a_plain_power_is_no_second_effect() -> None:

@@ -5,7 +5,7 @@ the camera's noise is. A blur, a shift or a missing thing leave something too: i
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import torch
@@ -21,6 +21,7 @@ _LEAST_PIXELS = 400  # of a label
 _LEAST_SPREAD = 0.8 / 255  # coded, that a surface's grain has to have
 _FALLEN = 0.25  # of the autocovariance at one px: as far as it is fitted
 _TOP, _CONCENTRATED = 0.05, 0.5  # share of the pixels; share of the squares that is in them, if they are few places
+_PASSES = 3  # of what a frame's mean takes, which depends on the grain
 _ROUND = 3.0  # times as far correlated along one axis as along the other, that no grain is
 
 
@@ -59,9 +60,12 @@ def grain_of(residual: Tensor, mean: Tensor, region: Tensor, counted: Tensor, cu
     values = (values - ((values * mask).sum((1, 2)) / mask.sum((1, 2)))[:, None, None]) * mask
     covariance, weight = _autocovariance(values, mask)
     found = _fitted(covariance, weight)
-    if found is not None:  # a frame's own mean has taken so much of it
-        taken = np.pi * found.scale**2 / float(size[frames].float().mean())
-        found = replace(found, amplitude=found.amplitude / (1 - min(taken, 0.5)) ** 0.5)
+    for _ in range(_PASSES):
+        if found is None:
+            break
+        # A frame's own mean has taken so much of it, at every distance.
+        taken = min(np.pi * found.scale**2 / float(size[frames].float().mean()), 0.5) * found.amplitude**2
+        found = _fitted(covariance + taken, weight) or found
     if found is None or found.amplitude * float(share[seen].mean()) < _LEAST_SPREAD or _in_few_places(values, mask):
         return None
     return found
@@ -87,21 +91,23 @@ def _fitted(covariance: np.ndarray, pairs: np.ndarray) -> Grain | None:
     reach = len(covariance) // 2
     offset = np.arange(-reach, reach + 1)
     distance = np.hypot(offset[:, None], offset)
-    lags = np.arange(1, reach + 1)
-    rings = [np.abs(distance - lag) < 0.5 for lag in lags]
-    level = np.array([np.average(covariance[ring], weights=pairs[ring]) for ring in rings])
+    rings = [np.abs(distance - lag) < 0.5 for lag in range(1, reach + 1)]
+    level, far = (
+        np.array([np.average(each[ring], weights=pairs[ring]) for ring in rings]) for each in (covariance, distance**2)
+    )
     if level[0] <= 0:
         return None
     below = np.flatnonzero(level < _FALLEN * level[0])
-    end = int(below[0]) if len(below) else len(lags)
+    end = int(below[0]) if len(below) else len(rings)
     if end < 2:  # it falls within two pixels: as far as those two say
         end = 2
     if (level[:end] <= 0).any():
         return None
-    slope = np.polyfit(lags[:end] ** 2, np.log(level[:end]), 1, w=np.sqrt(level[:end]))[0]
+    slope = np.polyfit(far[:end], np.log(level[:end]), 1, w=np.sqrt(level[:end]))[0]
     if slope >= 0:
         return None
-    at_none = np.log(level[0]) + np.log(level[0] / level[1]) / 3  # by its bend there, whatever its form further off
+    bend = np.log(level[0] / level[1]) / (far[1] - far[0])  # there, whatever its form further off
+    at_none = np.log(level[0]) + bend * far[0]
     scale = float(np.sqrt(-1 / slope))
     at = int(np.clip(round(scale / 2), 1, reach))
     across, down = covariance[reach, reach + at], covariance[reach + at, reach]

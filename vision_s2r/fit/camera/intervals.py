@@ -9,10 +9,11 @@ from scipy import stats
 
 from vision_s2r.appearance import PICTURE_EFFECTS, label_of
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
-from vision_s2r.fit.camera.effect import at_stage, charted, of_stage
+from vision_s2r.fit.camera.effect import CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.elimination import neutral_point
 from vision_s2r.fit.camera.fitting import Target, columns, normal
 from vision_s2r.fit.camera.prediction import Stages
+from vision_s2r.fit.camera.weighing import told_otherwise
 from vision_s2r.fit.case import Values
 
 if TYPE_CHECKING:
@@ -20,7 +21,9 @@ if TYPE_CHECKING:
 
 _GROUPS = 4  # of frames, compared with each other
 _TOLERANCE = 0.006  # of a parameter's distance from neutral: what the definitions of two simulators differ by
-_LEAST, _KERNEL = 0.05, 0.12  # of a coordinate's step: the same, of an effect that is almost neutral; of a warp
+_LEAST = 0.05  # of a coordinate's step: the same, of an effect that is almost neutral
+_AT_STAGE = {"warp": 0.12, "blur": 0.3}  # … of what looks between pixels: every maker by a kernel of its own
+_AMOUNT = 0.02  # of a noise's standard deviation: what pictures of things tell it to
 _LAMP = 0.5  # of a step: how well the renderer's own light is known, in whose place another is put
 
 
@@ -58,7 +61,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             at += size
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name], target.pictures.optics)) / steps[own]
-            least = _KERNEL if name in of_stage("warp") else _LAMP if name in lights else _LEAST
+            least = _LAMP if name in lights else _AT_STAGE.get(CAMERA_FITS[name].stage, _LEAST)
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
@@ -113,7 +116,7 @@ def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> 
 
 
 def _noise_interval(study: "Study", values: Values, name: str) -> dict[str, tuple[float, float]]:
-    """By leaving out groups of frames in turn (jackknife), in logarithms."""
+    """By leaving out groups of frames in turn (jackknife), in logarithms; beside any noise without a name."""
     noises = [each for each in values if each in of_stage("noise")]
     noise, count = study.yardstick.noise, len(study.bins.squares)
     (key, value), *_ = values[name].items()
@@ -123,8 +126,11 @@ def _noise_interval(study: "Study", values: Values, name: str) -> dict[str, tupl
         rest = [segment for segment in range(count) if segment % groups != k]
         left.append(np.log(next(iter(noise.fit(values, noises, study.bins, rest)[name].values()))))
     deviation = np.sqrt((groups - 1) / groups * np.sum((np.array(left) - np.mean(left)) ** 2))
-    width = float(np.hypot(deviation * stats.t.ppf(0.975, groups - 1), 0.02))
-    return {key: (float(value * np.exp(-width)), float(value * np.exp(width)))}
+    least = _AMOUNT * (2 if key == "full_well" else 1)
+    width = float(np.hypot(deviation * stats.t.ppf(0.975, groups - 1), least))
+    stories = told_otherwise(noise, values, noises, study.bins, range(count))
+    ends = [value, *(next(iter(each[name].values())) for each in stories)]
+    return {key: (float(min(ends) * np.exp(-width)), float(max(ends) * np.exp(width)))}
 
 
 def _plateau(name: str, key: str, value: float, target: Target) -> tuple[float, float]:

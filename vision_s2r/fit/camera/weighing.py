@@ -1,7 +1,7 @@
 """The noise of a recording: how much of it there is at each brightness, and what the simulator cannot do better."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import torch
@@ -234,17 +234,41 @@ def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, bits: i
     if np.quantile(variance[enough], 0.8) - rounding <= most:
         return float(np.clip(np.quantile(variance[enough], 0.2) - rounding, least, most))
     names = sorted(_CHARTS)
-    weight = bins.weights(counts[enough])
 
     def cost(base: float) -> float:
-        noise = NoiseModel(base, rounding, IDENTITY, bins.encoding)
-        fitted = noise.fit(values, names, bins, segments)
-        model = noise.at(dict(values) | fitted, bins.values)[enough]
-        misfit = weight * np.log(np.maximum(variance[enough], 1e-12) / model)
-        return float((9 * (np.sqrt(1 + (misfit / 3) ** 2) - 1)).sum())
+        return _told(NoiseModel(base, rounding, IDENTITY, bins.encoding), values, names, bins, segments)[0]
 
     found = minimize_scalar(cost, bounds=(0.0, most), method="bounded", options={"xatol": 0.02 * most})
     return float(found.x) if found.fun < cost(0.0) - _BETTER else 0.0
+
+
+def _told(
+    noise: NoiseModel, values: Values, names: Sequence[str], bins: NoiseBins, segments: Sequence[int]
+) -> tuple[float, dict[str, dict[str, float]]]:
+    """Noise effects fitted to the measured noise, and how badly they tell it: half squared standard deviations."""
+    variance, counts = bins.variance(segments)
+    enough = np.isfinite(variance) & (counts > 500)
+    fitted = noise.fit(values, names, bins, segments)
+    model = noise.at(dict(values) | fitted, bins.values)[enough]
+    misfit = bins.weights(counts[enough]) * np.log(np.maximum(variance[enough], 1e-12) / model)
+    return float((9 * (np.sqrt(1 + (misfit / 3) ** 2) - 1)).sum()), fitted
+
+
+def told_otherwise(
+    noise: NoiseModel, values: Values, names: Sequence[str], bins: NoiseBins, segments: Sequence[int]
+) -> list[dict[str, dict[str, float]]]:
+    """Noise effects fitted beside measurement noise from none to most, and in the curves that coded values may have.
+
+    Those are left out that tell a worse story.
+    """
+    most = LOUD**2 * (12 * noise.rounding or 1 / 255**2)
+    curves: tuple[Curve, ...] = ("linear",) if noise.encoding == "linear" else ("srgb", "power")
+    models = [
+        replace(noise, base=base, encoding=curve) for base in (noise.base, 0.0, most / 2, most) for curve in curves
+    ]
+    told = [_told(model, values, names, bins, segments) for model in models]
+    best = min(cost for cost, _ in told)
+    return [fitted for cost, fitted in told if cost < best + _BETTER]
 
 
 def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
