@@ -97,3 +97,10 @@ def test_noise_of_the_measured_motion_loads_no_joint():
         assert inertia.ranges(make_track(joint, False), 2e-4)[0].low == np.log(
             joint.least_inertia
         )  # a rotor's is not negative
+
+
+def test_mujoco_leaves_no_log_where_one_works(tmp_path, monkeypatch, caplog):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "arm.xml").write_text(TWO_LINKS.read_text().replace("<worldbody>", '<worldbody><site pos="NaN 0 0"/>'))
+    ArmModel(tmp_path / "arm.xml")
+    assert "contains a 'NaN'" in caplog.text and [path.name for path in tmp_path.iterdir()] == ["arm.xml"]

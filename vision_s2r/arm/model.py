@@ -1,5 +1,6 @@
 """The rigid bodies of an arm, from MJCF or URDF. Meshes may be missing: only masses and joints matter here."""
 
+import logging
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,9 @@ PAYLOAD = "vision_s2r_payload"  # the body that the payload is
 WEIGHTLESS = 1e-9  # kg, of a payload that is none
 TURNING = {int(mujoco.mjtJoint.mjJNT_HINGE): "rotary", int(mujoco.mjtJoint.mjJNT_SLIDE): "linear"}
 LARGEST = 1 << 24  # bytes
+log = logging.getLogger(__name__)
+if mujoco.get_mju_user_warning() is None:  # then it writes MUJOCO_LOG.TXT into whatever folder one works in
+    mujoco.set_mju_user_warning(log.warning)
 
 
 @dataclass(frozen=True)
