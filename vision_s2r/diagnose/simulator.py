@@ -57,6 +57,9 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         simulator = _simulator(case, assessor, found)
         harmful = found.effects - simulator.names
         found = replace(found, effects=found.effects - harmful)
+        if idle := _idle(case, assessor, found, simulator):
+            found, slight = _without(assessor, found, idle), slight | {idle}
+            continue
         refitted = held_out(case, assessor, found.refitted.folds)
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
@@ -67,7 +70,6 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             for name in sorted(found.effects - frozenset(case.certain))
             if (is_slight(gap.share(stated[name])) and not _needed(assessor, found, name))
             or (_open(found) and case.guessed and not _known(case, found.final, name))
-            or (_open(found) and _idle(case, assessor, simulator, name))
         ]
         if not weak:
             causes = _causes(case, simulator, gap, parts) - found.effects
@@ -76,10 +78,10 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
                 stated |= {name: parts[name] for name in causes}
             return Settled(found, simulator, gap, parts, stated, harmful, slight)
         least = min(weak, key=lambda name: float(parts[name].sum()))
-        found = replace(found, effects=found.effects - {least})
-        if least not in case.refitted:  # a nominal parameter may stay as the data have it, without being named
-            slight |= {least}
-            found = replace(found, final=assessor.one(found.final.names - {least}, found.final.hypothesis))
+        if least in case.refitted:  # a nominal parameter may stay as the data have it, without being named
+            found = replace(found, effects=found.effects - {least})
+        else:
+            found, slight = _without(assessor, found, least), slight | {least}
 
 
 def _causes(case: Case, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
@@ -95,18 +97,29 @@ def is_slight(share: Share) -> bool:
     return share.ci[0] < LEAST_SHARE and share.value < LARGE_SHARE
 
 
-def _idle(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> bool:
-    """Whether, with nominal parameters and other effects fitted once more, the simulator does about as well without it.
+def _without(assessor: Assessor, found: Found, name: str) -> Found:
+    """A search's end without an effect."""
+    final = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return replace(found, effects=found.effects - {name}, final=final)
 
-    Stretches of one motion are alike, other motions are not: what brings little on those is often lost on these.
+
+def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator) -> str | None:
+    """The effect that brings least, where something is left, of those without which the simulator does about as well.
+
+    Without it nominal parameters and other effects are fitted once more. Stretches of one motion are alike, other
+    motions are not: what brings little on those is often lost on these.
     """
-    if name in case.refitted or not case.refitted:
-        return False
-    fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
-    without = _of(case, assessor, fitted, fitted.names).error
+    if not (_open(found) and case.refitted):
+        return None
     least = NEEDED if case.guessed else 1 - BETTER**2
-    relief, rest = without - simulator.error, without - case.floor(range(case.segments))
-    return bool(relief.mean() < least * rest.mean()) or lower_bound(relief, SURE, assessor.seed) <= 0
+    floor, idle = case.floor(range(case.segments)), {}
+    for name in sorted(found.effects - frozenset(case.certain) - case.refitted):
+        fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
+        without = _of(case, assessor, fitted, fitted.names).error
+        relief, rest = without - simulator.error, without - floor
+        if relief.mean() < least * rest.mean() or lower_bound(relief, SURE, assessor.seed) <= 0:
+            idle[name] = float(relief.mean())
+    return min(idle, key=lambda name: (idle[name], name), default=None)
 
 
 def _stated(
