@@ -228,6 +228,9 @@ def test_a_network_that_no_machine_holds_is_refused(trained: Path, tmp_path: Pat
     save(other, replace(found, configuration=found.configuration | {"network": endless}))
     with pytest.raises(UserError, match=r"other\.safetensors: network\.blocks = 10+: expected 1 to 32"):
         Translator.load(other)
+    save(other, replace(found, configuration=found.configuration | {"heads": {"canonical": -1}}))
+    with pytest.raises(UserError, match=r"other\.safetensors: heads are .*-1.*expected channels, 1 to 64"):
+        Translator.load(other)
 
 
 def test_released_names(trained: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

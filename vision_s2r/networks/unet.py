@@ -12,6 +12,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from vision_s2r.errors import UserError
 from vision_s2r.networks.rectifier import Rectifier
 from vision_s2r.options import option, validate
 from vision_s2r.scene import palette
@@ -19,6 +20,7 @@ from vision_s2r.scene import palette
 GROUP = 8  # channels a group of a normalization
 WIDEST = 4  # times the channels of the finest level; no level has more
 CORRECTION = 0.25  # of a map where it corrects a picture: Adam's first steps are large for one that begins at zero
+MOST_CHANNELS = 64  # of a map
 LIT = 0.8  # shading where nothing is known yet: that of a typical pixel
 
 
@@ -123,6 +125,8 @@ class UNet(nn.Module):
     def __init__(self, cfg: NetworkConfig, heads: dict[str, int]):
         super().__init__()
         validate(cfg, "network")
+        if not heads or not all(isinstance(each, int) and 1 <= each <= MOST_CHANNELS for each in heads.values()):
+            raise UserError(f"heads are {heads!r:.80}: expected channels, 1 to {MOST_CHANNELS}, of each map")
         self.composed = cfg.composed and {"canonical", "segmentation"} <= heads.keys()
         maps = heads | ({"canonical": 1} if self.composed else {})
         self.heads = dict(sorted(maps.items()))  # channels must not depend on how a dictionary was ordered
