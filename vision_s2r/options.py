@@ -62,7 +62,7 @@ class Option:
             yield f"below {self.below:g}"
 
     def _within(self, value: Any) -> bool:
-        if isinstance(value, list):  # in a list, which OmegaConf lets pass for a number
+        if isinstance(value, list | dict):  # in a list, where OmegaConf lets them pass for numbers
             return self == Option(self.comment)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
             return True

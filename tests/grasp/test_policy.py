@@ -203,7 +203,8 @@ def test_configurations_are_whole_and_of_one_size(name: str) -> None:
     [
         ({"form": "crops"}, "did you mean 'crop'"),
         ({"width": 20}, "multiples of 8"),
-        ({"crop": CropConfig([0.1, 0.1], [24, [16]])}, "crop.resolution"),  # type: ignore[list-item]  # as OmegaConf does
+        ({"crop": CropConfig([0.1, 0.1], [24, [16]])}, "crop.resolution"),  # type: ignore[list-item]  # OmegaConf does
+        ({"crop": CropConfig([0.1, 0.1], [24, {}])}, "crop.resolution"),  # type: ignore[list-item]
         ({"with_source": True}, "validate_on"),
         ({"picture": "randomized"}, "validate_on"),
         ({"crop": CropConfig([0.1, 0.1], [10, 16])}, "crop.resolution"),

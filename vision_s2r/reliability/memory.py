@@ -22,8 +22,8 @@ CONFIDENCE = 0.95
 def grown(renders: int, seed: int) -> dict[str, Any]:
     """Render so many pictures; megabytes held after the first half and at the end, and their slope taken to a day.
 
-    The slope is the median of those between any two shards (Theil and Sen) of the second half, with its interval: in the
-    first, textures and bodies that a process keeps are met for the first time, and a leak would show in both.
+    The slope is the median of those between any two shards (Theil and Sen) of the second half, with its interval: in
+    the first, textures and bodies that a process keeps are met for the first time, and a leak would show in both.
     """
     shards = max(renders // VIEWS, 20)
     cfg = RenderConfig(scenes=shards, seed=seed, size=32, margin=4, views=VIEWS, grasps=2, shard_size=1)
