@@ -15,7 +15,8 @@ from vision_s2r.cli import compose
 from vision_s2r.config import Config
 from vision_s2r.contact import box
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.grasp import GraspPolicy
+from vision_s2r.grasp import GraspConfig, GraspPolicy
+from vision_s2r.grasp.forms import build
 from vision_s2r.imports import SOURCES, ImportOptions
 from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read, write
@@ -27,7 +28,6 @@ from vision_s2r.report.reading import FORMAT
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.appearance import palette
 from vision_s2r.training import checkpoint
-from vision_s2r.training.released import resolve
 from vision_s2r.translate import Translator
 
 TIMES = np.arange(120) * 0.01
@@ -119,7 +119,10 @@ def _translator(folder: Path) -> None:
 
 
 def _policy(folder: Path) -> None:
-    shutil.copy(resolve("bin-64-student", "q_function"), folder / "best.safetensors")
+    cfg = GraspConfig(width=8)
+    tensors = {f"q_function.{name}": value for name, value in build(cfg).state_dict().items()}
+    made = checkpoint.Checkpoint("q_function", asdict(cfg), {"size": 32}, {"step": 1}, tensors)
+    checkpoint.save(folder / "best.safetensors", made)
 
 
 def _state(folder: Path) -> None:
