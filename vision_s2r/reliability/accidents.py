@@ -74,7 +74,8 @@ def filled(whole: Whole, folder: Path, rng: np.random.Generator) -> dict[str, bo
         if process.exitcode == 0:
             return None
         said = whole.said.read_text()
-        one_line = process.exitcode == 2 and said.count("error: ") == 1 and "Traceback" not in said
+        errors = [line for line in said.splitlines() if line.startswith("error: ")]
+        one_line = process.exitcode == 2 and len(errors) == 1 and "Traceback" not in said
         grow()
         return {"one line": one_line, "identical": whole.again(folder / "out")}
 
