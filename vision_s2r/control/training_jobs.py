@@ -12,7 +12,7 @@ from vision_s2r.control.machines import DrawnMachines, Machines
 from vision_s2r.control.policy import Policy
 from vision_s2r.control.training import Training, train
 from vision_s2r.errors import UserError
-from vision_s2r.joint import NominalJoint
+from vision_s2r.joint import DYNAMICS, NominalJoint
 from vision_s2r.randomize import Box, Posterior, effect_ranges, load_distribution
 
 
@@ -33,7 +33,8 @@ def reality_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) 
 
 def nominal_values(cfg: ControlConfig) -> dict[str, dict[str, float]]:
     """The nominal joint by effect and parameter."""
-    return {name: {"value": float(value)} for name, value in vars(cfg.nominal).items()}
+    values = {name: getattr(nominal_of(cfg), name) for name in DYNAMICS}
+    return {name: {"value": float(value)} for name, value in values.items() if value is not None}
 
 
 def trained(
