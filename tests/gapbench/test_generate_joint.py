@@ -8,9 +8,12 @@ import pytest
 import yaml
 
 import vision_s2r.gapbench as gapbench
+from vision_s2r.errors import UserError
+from vision_s2r.gapbench.config import COUNTS, GapbenchConfig
 from vision_s2r.gapbench.generate import excitation, joint, truth
 from vision_s2r.gapbench.generate.base import GeneratedMachine
 from vision_s2r.gapbench.generate.drive import DriveModel, run, step_of
+from vision_s2r.gapbench.generate.generate import generate
 from vision_s2r.gapbench.generate.library import LIBRARY
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
 from vision_s2r.joint import NominalJoint, pack, simulate
@@ -165,3 +168,13 @@ def test_all_nominal_values_are_off_by_5_to_25_percent(tmp_path: Path) -> None:
     assert len(off) >= 4
     assert all(0.05 <= share <= 0.25 for share in off)
     assert len(set(made.answer.effects) - set(joint.MODELLED)) == 1
+
+
+def test_a_full_disk_is_one_line(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(joint, "_write", full)
+    cfg = GapbenchConfig(counts=dict.fromkeys(COUNTS, 0) | {"null": 1}, jobs=1, out=str(tmp_path))
+    with pytest.raises(UserError, match=r"recordings/\w+: cannot be written \(No space left on device\)"):
+        generate(cfg)

@@ -94,7 +94,7 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
         for _ in tracked(range(found["times"], times), times, name, found["times"]):
             outcome = None
             while outcome is None:
-                place = Path(folder) / f"{name}-{found['tried']}".replace(" ", "_")
+                place = Path(folder) / f"{found['tried']:05d}"  # as long as "whole": files say where they are from
                 outcome = accident(whole, place, np.random.default_rng([seed, found["tried"]]))
                 found["tried"] += 1
                 shutil.rmtree(place, ignore_errors=True)
@@ -105,7 +105,7 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
 
 
 def _whole(task: LongTask, data: Path, folder: Path) -> Whole:
-    out, said = folder / "whole", folder / "said.txt"
+    out, said = folder / "whole" / "out", folder / "said.txt"
     if task.data:
         end(DATA.words(data, data), said)
     begun = time.perf_counter()

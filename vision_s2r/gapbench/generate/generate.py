@@ -67,14 +67,17 @@ def _module(kind: str) -> Any:
 
 
 def _one(kind: str, split: str, seed: int, case: str, index: int, out: Path) -> tuple[str, dict[str, Any]]:
-    """Draw one machine and write its recording, whole or not at all."""
+    """Draw one machine and write its recording, whole or not at all. Raises UserError where it cannot be written."""
     rng = np.random.default_rng([seed, KINDS.index(kind), SPLITS.index(split), CASES.index(case), index])
     name = rng.bytes(6).hex()
     machine = _module(kind).machine(case, index, split, rng)
     partial, folder = out / f"{name}.partial", out / "recordings" / name
     for stale in (partial, folder):
         shutil.rmtree(stale, ignore_errors=True)
-    partial.mkdir()
-    machine.write(partial)
-    partial.rename(folder)
+    try:
+        partial.mkdir()
+        machine.write(partial)
+        partial.rename(folder)
+    except OSError as error:
+        raise UserError(f"{folder}: cannot be written ({error.strerror or error})") from error
     return name, machine.answer.to_dict()
