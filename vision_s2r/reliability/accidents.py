@@ -22,6 +22,7 @@ from vision_s2r.reliability.tasks import DATA, MARK, TASKS, LongTask, begin, end
 log = logging.getLogger(__name__)
 LEFT = 60.0  # s in which the workers of a command that was killed are to be gone
 ENOUGH = "1g"  # of a disk
+PLACE = "place"  # where every run of a command works: some files say where they are from
 
 
 @dataclass
@@ -94,7 +95,7 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
         for _ in tracked(range(found["times"], times), times, name, found["times"]):
             outcome = None
             while outcome is None:
-                place = Path(folder) / f"{found['tried']:05d}"  # as long as "whole": files say where they are from
+                place = Path(folder) / PLACE
                 outcome = accident(whole, place, np.random.default_rng([seed, found["tried"]]))
                 found["tried"] += 1
                 shutil.rmtree(place, ignore_errors=True)
@@ -105,14 +106,16 @@ def accidents(name: str, accident: Accident, times: int, seed: int, kept: Path) 
 
 
 def _whole(task: LongTask, data: Path, folder: Path) -> Whole:
-    out, said = folder / "whole" / "out", folder / "said.txt"
+    out, said = folder / PLACE / "out", folder / "said.txt"
     if task.data:
         end(DATA.words(data, data), said)
     begun = time.perf_counter()
     end(task.words(out, data), said)
     seconds = time.perf_counter() - begun
     size = sum(path.stat().st_size for path in out.rglob("*"))
-    return Whole(task, data, said, seconds, size, hashes(task, out))
+    found = hashes(task, out)
+    shutil.rmtree(folder / PLACE)
+    return Whole(task, data, said, seconds, size, found)
 
 
 def _left(mark: str) -> list[str]:

@@ -111,7 +111,7 @@ def _command(words: list[str], said: Path, mark: str) -> None:
 
 
 def hashes(task: LongTask, out: Path) -> dict[str, str]:
-    """Of each file of a command's result, wherever that is; of a training's state without the seconds it took.
+    """Of each file of a command's result; of a training's state without the seconds it took.
 
     What was being written when a command was killed stays beside it, and is no result.
     """
@@ -122,7 +122,7 @@ def hashes(task: LongTask, out: Path) -> dict[str, str]:
         if path.name == LAST:
             _digest({key: value for key, value in load_state(path).items() if key != "seconds"}, digest.update)
         else:
-            digest.update(path.read_bytes().replace(str(out).encode(), b"OUT"))
+            digest.update(path.read_bytes())
         found[str(path.relative_to(out))] = digest.hexdigest()
     return found
 
