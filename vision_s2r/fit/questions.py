@@ -23,7 +23,7 @@ def apart(change: np.ndarray, slopes: np.ndarray) -> float:
 
     Both in units of the noise; to first order, in the slopes.
     """
-    basis = np.nan_to_num(slopes).reshape(len(slopes), -1).T
+    basis = np.nan_to_num(slopes).reshape(len(slopes), change.size).T
     basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
     rest = change - basis @ np.linalg.lstsq(basis, change, rcond=1e-9)[0]
     return 0.5 * float(rest @ rest)

@@ -1,0 +1,27 @@
+"""What tells hypotheses apart, by hand."""
+
+import numpy as np
+import pytest
+
+from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown
+
+
+def test_only_what_others_cannot_imitate_tells_apart():
+    change = np.array([3.0, 4.0, 0.0])
+    assert apart(change, np.zeros((0, 3))) == pytest.approx(12.5)  # nothing is free
+    assert apart(change, np.array([[7.0, 0.0, 0.0]])) == pytest.approx(8.0)
+    assert apart(change, np.array([[[3.0], [4.0], [0.0]]])) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_candidates_that_together_settle_most():
+    questions = [
+        Question("play", False, np.array([30.0, 0.0, 29.0])),
+        Question("lag", True, np.array([0.0, 25.0, 0.0])),
+    ]
+    assert most_telling(questions, np.ones(3), 2) == [1, 0]  # a rival counts for as much as all that was not excited
+    assert most_telling(questions, np.array([0.0, 1.0, 1.0]), 2) == [1, 2]
+    assert shown([0], questions) == ["play"] and shown([1], questions) == []
+    assert (
+        settled([0, 1], questions, "nominal values")
+        == " It tells nominal values from lag (25 nats) and would show play."
+    )
