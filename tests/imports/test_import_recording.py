@@ -78,6 +78,9 @@ def test_a_pendulum_log_has_its_weight_and_its_supply(tmp_path):
         (tmp_path / f"{name}.json").write_text(json.dumps(log))
     recording = read(import_recording("bam", tmp_path, tmp_path / "out")[0].folder)
     assert len(recording) == 2 and recording.nominal["gravity_torque"] == pytest.approx(0.980665)
+    (tmp_path / "a.json").write_text(json.dumps(log | {"length": 1e308}))  # whose square no float holds
+    with pytest.raises(UserError, match=r"a\.json: length is .*expected a number from 0"):
+        import_recording("bam", tmp_path, tmp_path / "again")
     assert recording.nominal["proportional_gain"] == 13.0 and recording.nominal["back_emf"] == 0.62
     np.testing.assert_allclose(recording.supply[0], np.where(T < 3, 0.95, 0.0))
 
@@ -111,6 +114,9 @@ def test_what_cannot_be_imported_is_one_line(tmp_path):
     folder = a_motion(tmp_path / "wave")
     with pytest.raises(UserError, match="no joint is called 'Jwa', did you mean 'Jaw'"):
         import_recording("sage", folder, tmp_path / "out", ImportOptions(joint="Jwa"))
+    (folder / "control.csv").write_text(f'timestamp,positions\n0,"[{10**400}, 0]"\n')
+    with pytest.raises(UserError, match="expected timestamp and positions"):
+        import_recording("sage", folder, tmp_path / "out")
     shutil.copy(folder / "joint_list.txt", folder / "control.csv")
     with pytest.raises(UserError, match="expected timestamp and positions"):
         import_recording("sage", folder, tmp_path / "out")

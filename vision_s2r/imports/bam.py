@@ -9,8 +9,10 @@ import numpy as np
 from vision_s2r.errors import UserError
 from vision_s2r.imports.drives import DRIVES
 from vision_s2r.imports.table import ImportOptions, JointTable
+from vision_s2r.recording.header import number
 
 GRAVITY = 9.80665  # m/s²
+LARGEST = 1e6  # of a mass (kg), length (m), gain or voltage
 FIRMWARE_GAIN = 32.0  # of the logs that DRIVES has its gain for
 
 
@@ -40,7 +42,8 @@ def load(path: Path, options: ImportOptions) -> list[JointTable]:
 def _log(file: Path) -> dict[str, Any]:
     try:
         log = json.loads(file.read_text())
-        return {**log, **{key: float(log[key]) for key in ("mass", "length", "kp", "vin")}, "motor": str(log["motor"])}
+        bench = {key: number(log, key, str(file), 0.0, LARGEST) for key in ("mass", "length", "kp", "vin")}
+        return {**log, **bench, "motor": str(log["motor"])}
     except OSError as error:
         raise UserError(f"{file}: cannot be read ({error.strerror})") from error
     except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:

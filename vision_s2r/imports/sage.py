@@ -64,7 +64,7 @@ def _rows(path: Path, column: str, joints: int) -> tuple[np.ndarray, np.ndarray]
         values = np.array([json.loads(row[column]) for row in rows], float)
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror})") from error
-    except (KeyError, TypeError, ValueError, RecursionError, csv.Error) as error:
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError, csv.Error) as error:
         raise UserError(
             f"{path}: {error} is wrong or missing, expected timestamp and {column} as SAGE has them"
         ) from error
