@@ -103,6 +103,7 @@ def test_every_key_has_a_comment_and_the_reference_has_every_key():
         ("data.train.size=8", "data.train.size = 8: expected at least 16"),
         ("grasp.training.warmup=1", "grasp.training.warmup = 1.0: expected 0 to below 1"),
         ("grasp.form=crp", "grasp.form = 'crp': did you mean 'crop'?"),
+        ("see" + 400 * "9" + "=1", "9…: File name too long"),
         ("grasp.crop.resolution=[10,16]", "expected 2 values, multiples of 4, 8 to 256"),
         ("baseline.front.width=12", "baseline.front.width = 12: expected multiples of 8, above 0"),
         ("evaluate.rows.rcan.picture=canonicl", "evaluate.rows.rcan.picture = 'canonicl': did you mean 'canonical'?"),

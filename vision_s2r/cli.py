@@ -61,6 +61,8 @@ def compose(schema: type[Schema], name: str = "config", overrides: list[str] | N
             raise UserError(_missing(error)) from error
         except (HydraException, OmegaConfBaseException) as error:
             raise UserError(_explain(str(error), hydra.compose(name))) from error
+        except OSError as error:  # a key is looked for as a file
+            raise UserError(f"a key of {max(overrides or [''], key=len):.40}…: {error.strerror}") from error
     return typed(cfg, schema, overrides or [])
 
 

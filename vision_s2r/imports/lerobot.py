@@ -91,7 +91,7 @@ class Dataset:
             return pandas.concat(tables, ignore_index=True)
         except ImportError as error:
             raise UserError("parquet files need pyarrow: pip install 'vision-s2r[lerobot]'") from error
-        except (OSError, ValueError, KeyError) as error:
+        except (OSError, ValueError, KeyError, TypeError, NotImplementedError) as error:  # pyarrow's are of these
             reason = str(error).splitlines()[0]
             raise UserError(f"{self.path}: cannot be read ({reason}), expected columns {', '.join(columns)}") from error
 
