@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown
+from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown, told_by, wished
 
 
 def test_only_what_others_cannot_imitate_tells_apart():
@@ -21,7 +21,10 @@ def test_candidates_that_together_settle_most():
     assert most_telling(questions, np.ones(3), 2) == [1, 0]  # a rival counts for as much as all that was not excited
     assert most_telling(questions, np.array([0.0, 1.0, 1.0]), 2) == [1, 2]
     assert shown([0], questions) == ["play"] and shown([1], questions) == []
-    assert (
-        settled([0, 1], questions, "nominal values")
-        == " It tells nominal values from lag (25 nats) and would show play."
-    )
+    assert settled([0, 1], questions, frozenset()) == " It tells nominal values from lag (25 nats) and would show play."
+
+
+def test_what_is_open_is_said_in_words():
+    assert told_by(frozenset({"play", "lag"}), frozenset({"lag"})) == "play"
+    assert told_by(frozenset(), frozenset({"lag", "play"})) == "without lag and without play"
+    assert wished([]) == "" and wished(["steps of 3 N·m would show play"]) == "Steps of 3 N·m would show play."

@@ -33,7 +33,8 @@ def reality_of(cfg: ControlConfig, effects: Mapping[str, Mapping[str, object]]) 
 
 def nominal_values(cfg: ControlConfig) -> dict[str, dict[str, float]]:
     """The nominal joint by effect and parameter."""
-    values = {name: getattr(nominal_of(cfg), name) for name in DYNAMICS}
+    nominal = nominal_of(cfg)
+    values = {name: getattr(nominal, name) for name in DYNAMICS}
     return {name: {"value": float(value)} for name, value in values.items() if value is not None}
 
 

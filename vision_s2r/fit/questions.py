@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vision_s2r.fit.case import Names
+
 DECISIVE = 20.0  # nats that settle a question
+WISHES = 4  # that are said
 LEAST = 0.05  # of a question, about, that one more experiment should settle
 
 
@@ -52,11 +55,17 @@ def shown(chosen: Sequence[int], questions: Sequence[Question]) -> list[str]:
     return [q.name for q in questions if not q.rival and q.nats[list(chosen)].sum() >= DECISIVE]
 
 
-def settled(chosen: Sequence[int], questions: Sequence[Question], own: str) -> str:
+def told_by(rival: Names, base: Names) -> str:
+    """What tells a rival's names from the hypothesis': those that it adds, or those that it lacks."""
+    return " and ".join(sorted(rival - base) or [f"without {each}" for each in sorted(base)])
+
+
+def settled(chosen: Sequence[int], questions: Sequence[Question], base: Names) -> str:
     """What the candidates would settle, in a sentence that begins with a blank; none for nothing.
 
-    `own`: the effects of the hypothesis, that rivals are told from.
+    `base`: the names of the hypothesis, that rivals are told from.
     """
+    own = ", ".join(sorted(base)) or "nominal values"
     parts = [
         f"tells {own} from {question.name} ({question.nats[list(chosen)].sum():.2g} nats)"
         for question in questions
@@ -65,3 +74,9 @@ def settled(chosen: Sequence[int], questions: Sequence[Question], own: str) -> s
     names = shown(chosen, questions)
     parts += [f"would show {', '.join(names)}"] if names else []
     return f" It {' and '.join(parts)}." if parts else ""
+
+
+def wished(wishes: Sequence[str]) -> str:
+    """The first of what a user had better record, as one sentence; empty for none."""
+    text = "; ".join(wishes[:WISHES])
+    return f"{text[0].upper()}{text[1:]}." if text else ""

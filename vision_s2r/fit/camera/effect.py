@@ -137,9 +137,7 @@ class CameraFit:
     bends: Callable[[Optics], list[Setting]] | None = None  # settings to choose among before such a fit
     faint: Callable[[EffectValues], bool] | None = None  # whether another interpolation may pass for it
     by_channel: bool = False  # a warp that differs between colours
-    otherwise: float = (
-        0.0  # of how far a warp moves things, that a real one may move them otherwise than its definition
-    )
+    otherwise: float = 0.0  # of how far a warp moves things, that a real one may move them otherwise than defined
     between: bool = False  # it looks between pixels: by which kernel is no part of it
     sized: bool = False  # its parameters scale with the pictures, also those not in px
 

@@ -17,7 +17,7 @@ from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
-from vision_s2r.fit.likelihood import GAUSSIAN, log_density
+from vision_s2r.fit.likelihood import log_density
 from vision_s2r.fit.selection import SCALE
 from vision_s2r.recording import ContactRecording
 
@@ -83,13 +83,8 @@ class ContactCase:
         }
 
     def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
-        """A fitter whose residuals are in units of what is not known under this hypothesis."""
         predictor = plain(self.track, self._windows)
-        fitter = ContactFitter(predictor, self._scales, self._terms, GAUSSIAN, temper)
-        space = fitter.space(names_of(hypothesis))
-        return ContactFitter(
-            predictor.whitened(space, space.start(hypothesis)), self._scales, self._terms, GAUSSIAN, temper
-        )
+        return ContactFitter.under(hypothesis, predictor, self._scales, self._terms, temper)
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""

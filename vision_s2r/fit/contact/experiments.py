@@ -19,8 +19,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.windows import ContactTrack, make_track, windows_of
-from vision_s2r.fit.likelihood import GAUSSIAN
-from vision_s2r.fit.questions import Question, most_telling, settled, shown
+from vision_s2r.fit.questions import Question, most_telling, settled, shown, told_by, wished
 from vision_s2r.recording import ContactRecording
 from vision_s2r.recording.contact import LEAST_EPISODE, POSE, VELOCITIES
 
@@ -30,7 +29,6 @@ SHARES = (0.4, 1.0)  # of the hardest throw of the recording
 SECONDS = 1.0  # of a throw
 SUBSTEPS = 8
 LOW = 0.02  # of the body's depth: a body this high is put down rather than dropped
-WISHES = 4
 
 
 @dataclass(frozen=True)
@@ -57,29 +55,22 @@ def experiment(
         return Experiment("")
     candidates = _candidates(track)
     fitters = [_fitter(track, base, first, temper) for first in candidates.values()]
-    questions = [_rival(fitters, base, each.only(CONTACT_FITS)) for each in rivals[1:]]
-    free = names_of(base) | frozenset(COEFFICIENTS)
+    names, questions = names_of(base), list[Question]()
+    for rival in (each.only(CONTACT_FITS) for each in rivals[1:]):
+        nats = np.array([fitter.apart(base, rival, names) for fitter in fitters])
+        questions.append(Question(told_by(names_of(rival), names), True, nats))
     for name in asked:
         size = Hypothesis({**base.values, name: CONTACT_FITS[name].plausible(fitters[0].scales)})
-        nats = np.array([fitter.apart(base, size, free - {name}) for fitter in fitters])
-        questions.append(Question(name, False, nats))
+        free = (names | frozenset(COEFFICIENTS)) - {name}
+        questions.append(Question(name, False, np.array([fitter.apart(base, size, free) for fitter in fitters])))
     chosen = most_telling(questions, np.ones(len(fitters)), KINDS)
     told = shown(chosen, questions)
-    sentences = [_told([list(candidates)[k] for k in chosen])] if chosen else []
-    if chosen:
-        sentences[0] += settled(chosen, questions, ", ".join(sorted(names_of(base))) or "nominal values")
-    wishes = [f"{CONTACT_FITS[name].excited_by} would show {name}" for name in asked if name not in told]
-    if wishes:
-        text = "; ".join(wishes[:WISHES])
-        sentences.append(f"{text[0].upper()}{text[1:]}.")
-    first = np.concatenate([list(candidates.values())[k] for k in chosen]) if chosen else np.zeros((0, 13))
-    return Experiment(" ".join(sentences), _columns(first) if chosen else {})
-
-
-def _rival(fitters: Sequence[ContactFitter], base: Hypothesis, rival: Hypothesis) -> Question:
-    apart = sorted(names_of(rival) - names_of(base)) or ["without " + each for each in sorted(names_of(base))]
-    nats = np.array([fitter.apart(base, rival, names_of(base)) for fitter in fitters])
-    return Question(" and ".join(apart), True, nats)
+    wishes = wished([f"{CONTACT_FITS[name].excited_by} would show {name}" for name in asked if name not in told])
+    if not chosen:
+        return Experiment(wishes)
+    text = _told([list(candidates)[k] for k in chosen]) + settled(chosen, questions, names)
+    first = np.concatenate([list(candidates.values())[k] for k in chosen])
+    return Experiment(f"{text} {wishes}".rstrip(), _columns(first))
 
 
 def _candidates(track: ContactTrack) -> dict[str, np.ndarray]:
@@ -142,9 +133,7 @@ def _fitter(track: ContactTrack, base: Hypothesis, first: np.ndarray, temper: fl
     states = simulate(rows, track.shape, first, samples, dt, substeps=SUBSTEPS, threads=1)[0]
     recorded = make_track(_measured(track, states))
     scales = ContactScales(track.nominal, track.shape, dt)
-    predictor, terms = plain(recorded, windows_of(recorded)), terms_of(recorded)
-    space = ContactFitter(predictor, scales, terms, GAUSSIAN, temper).space(names_of(base))
-    return ContactFitter(predictor.whitened(space, space.start(base)), scales, terms, GAUSSIAN, temper)
+    return ContactFitter.under(base, plain(recorded, windows_of(recorded)), scales, terms_of(recorded), temper)
 
 
 def _measured(track: ContactTrack, states: np.ndarray) -> ContactRecording:

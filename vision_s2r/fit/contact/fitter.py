@@ -1,6 +1,7 @@
 """Fits of a body's hypotheses: where a name's fit starts, and how far it is followed."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Self
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import Predictor
 from vision_s2r.fit.contact.space import ContactSpace
+from vision_s2r.fit.likelihood import GAUSSIAN
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, Fitter
@@ -29,6 +31,19 @@ class ContactFitter(Fitter[ContactSpace]):
         self.predictor, self.scales, self.terms = predictor, scales, terms
         self.floor, self.temper = np.array([floor]), np.array([temper])
         self._screened: dict[object, tuple[float, Fitted]] = {}
+
+    @classmethod
+    def under(
+        cls,
+        hypothesis: Hypothesis,
+        predictor: Predictor,
+        scales: ContactScales,
+        terms: Mapping[str, Term],
+        temper: float,
+    ) -> Self:
+        """A fitter whose residuals are in units of what is not known under this hypothesis."""
+        space = ContactSpace(names_of(hypothesis), scales, terms)
+        return cls(predictor.whitened(space, space.start(hypothesis)), scales, terms, GAUSSIAN, temper)
 
     def data(self, segments: Iterable[int]) -> Data:
         """The windows of these episodes."""

@@ -15,7 +15,7 @@ from vision_s2r.fit.case import Experiment, Hypothesis, Names
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.space import JointSpace
-from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown
+from vision_s2r.fit.questions import Question, apart, most_telling, settled, shown, told_by, wished
 from vision_s2r.joint import DYNAMICS, simulate
 
 SECONDS = 8.0  # of an episode
@@ -23,7 +23,6 @@ EPISODES = 3
 SHARES = (0.1, 0.3, 1.0)  # of the largest command of the recording
 ROOM, FASTER = 1.25, 4.0  # times the range and the largest speed of the recording: as far as an experiment goes
 ABOUT_ZERO = 0.01  # of the largest command: a centre of less is none
-WISHES = 4
 
 
 @dataclass(frozen=True)
@@ -96,15 +95,13 @@ def experiment(
         chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
         if chosen:
             fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
-            own = ", ".join(sorted(names_of(base))) or "nominal values"
-            sentences.append(_told([list(candidates)[k] for k in chosen], fast) + settled(chosen, questions, own))
+            text = _told([list(candidates)[k] for k in chosen], fast)
+            sentences.append(text + settled(chosen, questions, names_of(base)))
             columns = _columns(commands[chosen], design)
             told = set(shown(chosen, questions))
     wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
-    wishes = [wish for wish, name in zip(wishes, asked, strict=True) if name not in told]
-    if wishes:
-        sentences.append("; ".join(wishes[:WISHES]).capitalize() + ".")
-    return Experiment(" ".join(sentences), columns)
+    sentences.append(wished([wish for wish, name in zip(wishes, asked, strict=True) if name not in told]))
+    return Experiment(" ".join(filter(None, sentences)), columns)
 
 
 def _design(fitter: JointFitter) -> Design:
@@ -164,8 +161,7 @@ def _questions(
     row = space.row(points[0])
     questions = []
     for rival in rivals:
-        apart = sorted(names_of(rival) - names_of(base)) or ["without " + each for each in sorted(names_of(base))]
-        questions.append(question(rival, " and ".join(apart), names_of(base), True))
+        questions.append(question(rival, told_by(names_of(rival), names_of(base)), names_of(base), True))
     for name in names:
         fit = JOINT_FITS[name]
         size = fit.plausible(track, row) if fit.plausible else None
