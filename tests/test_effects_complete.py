@@ -17,7 +17,7 @@ from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import make_track
 from vision_s2r.joint import JOINT_EFFECTS, pack
 from vision_s2r.patch import contact
-from vision_s2r.patch.effect import CAMERA_PATCHES, JOINT_PATCHES
+from vision_s2r.patch.effect import CAMERA_PATCHES, CONTACT_PATCHES, JOINT_PATCHES
 from vision_s2r.patch.rigid import advice
 from vision_s2r.report.reading import ReportedParameter
 
@@ -38,6 +38,8 @@ def test_joint_effects_can_be_written_for_other_simulators() -> None:
 
 
 def test_contact_effects_are_written_for_other_simulators() -> None:
+    missing = {effect.name for effect in CONTACT_EFFECTS} ^ set(CONTACT_PATCHES)
+    assert not missing, f"patch/effects/NAME.py is missing, or of no effect: {sorted(missing)}"
     recording = a_contact()
     named = {
         effect.name: {key: ReportedParameter(x, x, x) for key, x in effect.moderate().items()}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -37,5 +37,18 @@ class CameraPatch:
     opencv: Callable[[Given], dict[str, np.ndarray]]
 
 
+@dataclass(frozen=True, kw_only=True)
+class ContactPatch:
+    """Of a contact effect. Functions take its parameters and the nominal body (mass, gravity and coefficients)."""
+
+    bullet: Callable[[Given, Given], dict[str, dict[str, Any]]]  # arguments by function of PyBullet
+    urdf: Mapping[str, str] = field(default_factory=dict)  # by parameter: the element of <contact> that it is
+    urdf_link: Callable[[Given, Given], str] | None = None  # what stands beside <contact> in <link>
+    mujoco_friction: int | None = None  # its place in a geom's friction: sliding, spinning, rolling
+    mujoco_solref: Callable[[Given, Given], tuple[float, float]] | None = None
+    mujoco_model: Callable[[Given, Given], str] | None = None  # what stands beside the body in <mujoco>
+
+
 JOINT_PATCHES: Records[JointPatch] = Records("joint", "patches")
+CONTACT_PATCHES: Records[ContactPatch] = Records("contact", "patches")
 CAMERA_PATCHES: Records[CameraPatch] = Records("camera", "patches")
