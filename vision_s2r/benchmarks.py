@@ -16,45 +16,50 @@ from vision_s2r.render import scale as scale_benchmark
 from vision_s2r.translate import benchmark as translate_benchmark
 
 
-def render(cfg: Config) -> None:
+def render(cfg: Config) -> Path:
     """Pairs a second against the engine's limit and the usual loop; memory over 20,000 renders."""
-    render_benchmark.run(cfg.scene, cfg.render.size, cfg.render.margin, cfg.render.views, cfg.seed)
+    given = cfg.render
+    return render_benchmark.run(cfg.scene, given.size, given.margin, given.views, cfg.seed, _out(cfg))
 
 
 def scale(cfg: Config) -> Path:
     """What a million scenes cost on one node, ten and a hundred."""
     sets = {"labelled grasps": cfg.data.train, "pairs of pictures": cfg.data.pairs}
-    return scale_benchmark.run(cfg.scene, sets, Path(cfg.out))
+    return scale_benchmark.run(cfg.scene, sets, _out(cfg))
 
 
 def translate(cfg: Config) -> None:
     """The translator against the U-Net of the literature: speed, and errors after the same time."""
-    translate_benchmark.run(cfg.translate, cfg.benchmark, pairs(cfg), Path(cfg.out) / "benchmark", cfg.seed)
+    translate_benchmark.run(cfg.translate, cfg.benchmark, pairs(cfg), _out(cfg), cfg.seed)
 
 
-def grasp(overrides: list[str]) -> None:
+def grasp(overrides: list[str]) -> Path:
     """The three forms of Q on the same data in the same minutes, and what their grasps are worth."""
     cfg = compose(Config, overrides=overrides)
     views, validation = Views.open(cfg.data.train.out), Views.open(cfg.data.validation.out)
     policies = {form: compose(Config, overrides=[*overrides, f"grasp={form}"]).grasp for form in forms.FORMS}
-    forms.compare(policies, views, validation, cfg.scene, cfg.out)
+    return forms.compare(policies, views, validation, cfg.scene, _out(cfg))
 
 
-def export(cfg: Config) -> None:
+def export(cfg: Config) -> Path:
     """Milliseconds from a picture to a grasp, torch beside onnxruntime."""
-    export_benchmark.run(cfg.seed)
+    return export_benchmark.run(cfg.seed, _out(cfg))
 
 
-def joint(cfg: Config) -> None:
+def joint(cfg: Config) -> Path:
     """Steps a second of the joint simulator, against a NumPy loop and against PyBullet."""
-    joint_benchmark.run(cfg.seed)
+    return joint_benchmark.run(cfg.seed, _out(cfg))
 
 
-def contact(cfg: Config) -> None:
+def contact(cfg: Config) -> Path:
     """Steps a second of the contact simulator, against PyBullet."""
-    contact_benchmark.run(cfg.seed)
+    return contact_benchmark.run(cfg.seed, _out(cfg))
 
 
-def control(cfg: Config) -> None:
+def control(cfg: Config) -> Path:
     """Steps a second of the speed-tracking environment, against a Python loop of one joint."""
-    control_benchmark.run(cfg.seed)
+    return control_benchmark.run(cfg.seed, _out(cfg))
+
+
+def _out(cfg: Config) -> Path:
+    return Path(cfg.out) / "benchmark"

@@ -7,16 +7,16 @@ and at rest, a body needs fewer, which the figures of a whole toss include and t
 
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from vision_s2r.bullet import pybullet
 from vision_s2r.contact.machine import NominalContact, pack
 from vision_s2r.contact.shape import Shape, box, cylinder, sphere
 from vision_s2r.contact.simulate import STATE, simulate
+from vision_s2r.results import publish
 
 BODY = NominalContact(mass=0.37, lateral_friction=0.2, restitution=0.15)
 SAMPLE_TIME, SUBSTEPS, SAMPLES = 0.0068, 5, 104
@@ -28,8 +28,8 @@ COMPLIANT = {"contact_compliance": {"stiffness": 2e4, "damping": 10.0}}
 REFERENCE, BATCHED = "PyBullet, tosses of a cube", "ours, tosses of a cube"
 
 
-def run(seed: int) -> dict[str, float]:
-    """Measure and print; returns steps a second of each way, medians over rounds."""
+def run(seed: int, out: Path) -> Path:
+    """Measure steps a second of each way, medians over rounds; print and write contact.json, whose path it returns."""
     tosses, slides = toss(TOSSES, seed), _slides(TOSSES)
     ways: dict[str, Callable[[], float]] = {
         BATCHED: lambda: _ours(CUBE, tosses),
@@ -46,8 +46,10 @@ def run(seed: int) -> dict[str, float]:
     rounds = [{name: way() for name, way in ways.items()} for _ in track(range(ROUNDS), "rounds")]
     speeds = {name: float(np.median([speed[name] for speed in rounds])) for name in ways}
     ratios = {name: float(np.median([speed[name] / speed[REFERENCE] for speed in rounds])) for name in ways}
-    _print(speeds, ratios)
-    return speeds
+    columns = ["way", "million steps/s", f"ms for {TOSSES} × {SAMPLES} samples", f"/ {REFERENCE}"]
+    log = {name: TOSSES * (SAMPLES - 1) * SUBSTEPS / speed * 1e3 for name, speed in speeds.items()}
+    rows = [[name, speed / 1e6, log[name], ratios[name]] for name, speed in speeds.items()]
+    return publish(out / "contact.json", "vision-s2r benchmark contact", columns, rows)
 
 
 def toss(count: int, seed: int) -> np.ndarray:
@@ -117,11 +119,3 @@ def pybullet_place(client: int, body: int, state: np.ndarray) -> None:
     """Give the body a state [13]."""
     pybullet.resetBasePositionAndOrientation(body, state[:3].tolist(), state[3:7].tolist(), physicsClientId=client)
     pybullet.resetBaseVelocity(body, state[7:10].tolist(), state[10:].tolist(), physicsClientId=client)
-
-
-def _print(speeds: dict[str, float], ratios: dict[str, float]) -> None:
-    table = Table("way", "million steps/s", f"ms for {TOSSES} × {SAMPLES} samples", f"/ {REFERENCE}")
-    for name, speed in speeds.items():
-        log = TOSSES * (SAMPLES - 1) * SUBSTEPS / speed * 1e3
-        table.add_row(name, f"{speed / 1e6:.3g}", f"{log:.3g}", f"{ratios[name]:,.3g}")
-    Console(width=140).print(table)

@@ -4,16 +4,13 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from rich.console import Console
-from rich.table import Table
-
-from vision_s2r import files
-from vision_s2r.control import pictures
+from vision_s2r import files, results
+from vision_s2r.control import pictures, report
 from vision_s2r.control.config import ControlConfig, PolicyConfig, check
 from vision_s2r.control.machines import Given
 from vision_s2r.control.realities import targets
 from vision_s2r.control.training_jobs import reality_of, trained
-from vision_s2r.control.trials import show, summary, tried
+from vision_s2r.control.trials import summary, tried
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.randomize import sample_at
 
@@ -23,23 +20,22 @@ ALL, NONE = "everything randomized", "nothing randomized"
 def ablate(cfg: ControlConfig) -> Path:
     """Train with everything randomized, each group frozen in turn, and nothing; try all on reality's machines.
 
-    ablate.json has a row for each: `reached`, `targets` and `error` as in follow.json. Returns the picture's path.
+    ablate.json has in `table` for each: `reached`, `targets` and `error` as in follow.json; `columns` and `rows`, all
+    of this as a table. Returns the picture's path.
     """
     check(cfg)
     policies = {f"ablation {name}": policy for name, policy in frozen(cfg).items()}
-    found = trained(cfg, policies, cfg.ablation.seeds, cfg.ablation.steps)
+    policies_by_name = trained(cfg, policies, cfg.ablation.seeds, cfg.ablation.steps)
     count = cfg.ablation.machines
     machines = Given(sample_at(reality_of(cfg, cfg.ablation.reality), cfg.seed, range(count)))
     wanted = targets(cfg.task, count, cfg.seed)
     rows = {}
-    for name, some in found.items():
+    for name, some in policies_by_name.items():
         rows[name.removeprefix("ablation ")] = summary(cfg, tried(cfg, some, machines, wanted))
     out = Path(cfg.out)
-    files.write(out / "ablate.json", json.dumps(rows, indent=1))
-    table = Table("trained with", "targets reached, % [95 %]; mean error", "targets")
-    for name, row in rows.items():
-        table.add_row(name, show(row), str(row["targets"]))
-    Console(width=120).print(table)
+    found = {"table": rows, **report.ablate(cfg, rows)}
+    files.write(out / "ablate.json", json.dumps(found, indent=1))
+    results.show(found)
     return pictures.ablate(out / "ablate.png", rows)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r import files
+from vision_s2r import files, results
 from vision_s2r.control import pictures, report
 from vision_s2r.control.config import ControlConfig, check, episode_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
@@ -77,7 +77,7 @@ def adr(cfg: ControlConfig) -> Path:
     found |= report.adr(cfg, found)
     out = Path(cfg.out)
     files.write(out / "adr.json", json.dumps(found, indent=1))
-    report.show(found)
+    results.show(found)
     return pictures.adr(out / "adr.png", found)
 
 

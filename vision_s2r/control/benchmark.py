@@ -6,14 +6,13 @@ turns in one process; what counts is their ratio. A step is one command to one j
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 from gymnasium import spaces
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from vision_s2r.control.config import ControlTaskConfig, JointConfig, episode_samples, held_samples
 from vision_s2r.control.effects import CONTROL_EFFECTS
@@ -21,6 +20,7 @@ from vision_s2r.control.environment import SCALES, SpeedTracking
 from vision_s2r.control.machines import DrawnMachines
 from vision_s2r.joint import NominalJoint
 from vision_s2r.randomize import Box
+from vision_s2r.results import publish
 
 JOINTS = (1, 256, 4096, 16384)
 DAMPING, FRICTION = (0.08, 0.20), (0.01, 0.06)
@@ -73,8 +73,8 @@ class OneJointEnv(gymnasium.Env[np.ndarray, np.ndarray]):
         return self._seen(), reward, False, over, {}
 
 
-def run(seed: int) -> dict[str, float]:
-    """Measure and print; returns environment steps a second of each way, medians over rounds."""
+def run(seed: int, out: Path) -> Path:
+    """Measure environment steps a second of each way, medians over rounds; print and write control.json, returned."""
     ways: dict[str, Callable[[], float]] = {REFERENCE: lambda: _loop(seed)}
     for count in JOINTS:
         ways[f"ours, {count:,} joints"] = _ours(count, RANDOMIZED, seed)
@@ -83,11 +83,9 @@ def run(seed: int) -> dict[str, float]:
         way()  # compiles
     rounds = [{name: way() for name, way in ways.items()} for _ in track(range(ROUNDS), "rounds")]
     speeds = {name: float(np.median([each[name] for each in rounds])) for name in ways}
-    table = Table("way", "million steps/s", f"/ {REFERENCE}")
-    for name, speed in speeds.items():
-        table.add_row(name, f"{speed / 1e6:.3g}", f"{speed / speeds[REFERENCE]:,.1f}")
-    Console(width=120).print(table)
-    return speeds
+    rows = [[name, speed / 1e6, speed / speeds[REFERENCE]] for name, speed in speeds.items()]
+    columns = ["way", "million steps/s", f"/ {REFERENCE}"]
+    return publish(out / "control.json", "vision-s2r benchmark control", columns, rows)
 
 
 def _ours(count: int, effects: dict[str, dict[str, Any]], seed: int) -> Callable[[], float]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r import files
+from vision_s2r import files, results
 from vision_s2r.control import pictures, report
 from vision_s2r.control.config import ControlConfig, PolicyConfig, check
 from vision_s2r.control.machines import Controller, Given
@@ -47,7 +47,7 @@ def follow(cfg: ControlConfig) -> Path:
     found |= report.follow(cfg, found)
     out = Path(cfg.out)
     files.write(out / "follow.json", json.dumps(found, indent=1))
-    report.show(found)
+    results.show(found)
     return pictures.follow(out / "follow.png", cfg, found)
 
 

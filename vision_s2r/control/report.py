@@ -1,11 +1,9 @@
-"""What was measured, as a table: `columns` and `rows` of a results page, and on the terminal."""
+"""What was measured, as a table: `columns` and `rows` of a results page."""
 
 from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from vision_s2r.control.config import ControlConfig
 
@@ -59,12 +57,14 @@ def adr(cfg: ControlConfig, found: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def show(found: Mapping[str, Any]) -> None:
-    """Print `columns` and `rows`."""
-    table = Table(*found["columns"])
-    for row in found["rows"]:
-        table.add_row(*row)
-    Console(width=200).print(table)
+def ablate(cfg: ControlConfig, table: Mapping[str, Any]) -> dict[str, Any]:
+    """`command`, `columns` and `rows` of an ablate.json."""
+    seeds, machines = cfg.ablation.seeds, cfg.ablation.machines
+    return {
+        "command": f"vision-s2r control ablate seed={cfg.seed} ablation.seeds={seeds} ablation.machines={machines}",
+        "columns": ["trained with", "targets reached, %; mean error", "targets"],
+        "rows": [[name, _cell(row), row["targets"]] for name, row in table.items()],
+    }
 
 
 def _cell(cell: Mapping[str, Any]) -> str:

@@ -29,10 +29,3 @@ def regret(cfg: ControlConfig, best: np.ndarray, errors: np.ndarray) -> Estimate
     """How many more of the same targets are reached with errors `best` than with `errors`, [seeds, N, T] each."""
     first, second = (np.abs(each).reshape(len(each), -1) < cfg.task.tolerance for each in (best, errors))
     return Bootstrap(first.shape[1], cfg.seed).difference(first, second)
-
-
-def show(cell: dict[str, Any]) -> str:
-    """A summary as a cell of a table."""
-    reached = cell["reached"]
-    low, high = 100 * reached["low"], 100 * reached["high"]
-    return f"{100 * reached['value']:.1f} [{low:.1f}, {high:.1f}]; {100 * cell['error']:.1f} %"

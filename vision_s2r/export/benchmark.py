@@ -3,17 +3,17 @@
 import os
 import tempfile
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import torch
-from rich.console import Console
-from rich.table import Table
 from torch import Tensor
 
 from vision_s2r.export import graphs
 from vision_s2r.export.config import ExportConfig
 from vision_s2r.export.onnx import export_policy, export_translator, session
 from vision_s2r.grasp import GraspPolicy, cem
+from vision_s2r.results import publish
 from vision_s2r.translate import Translator
 from vision_s2r.translate.ceiling import per_second
 
@@ -22,8 +22,8 @@ TRANSLATOR, POLICY = "bin-64", "bin-64-student"
 STAGES = ("translate", "grasp", "translate and grasp")
 
 
-def run(seed: int) -> dict[str, dict[str, float]]:
-    """Measure the released networks and print; returns milliseconds a picture by stage and runtime, medians."""
+def run(seed: int, out: Path) -> Path:
+    """Milliseconds a picture of the released networks, medians; printed, and written to export.json, its path."""
     with tempfile.TemporaryDirectory() as folder:
         translator = session(export_translator(ExportConfig(TRANSLATOR, folder)))
         policy = session(export_policy(ExportConfig(POLICY, folder)))
@@ -35,8 +35,13 @@ def run(seed: int) -> dict[str, dict[str, float]]:
         stage: {runtime: float(np.median([each[stage, runtime] for each in rounds])) for runtime in ("torch", "onnx")}
         for stage in STAGES
     }
-    _print(found)
-    return found
+    threads = f"{torch.get_num_threads()} threads, {os.cpu_count()} cores, one picture at a time"
+    columns = [f"ms a picture, {threads}", "torch", "onnxruntime", "torch / onnxruntime", "pictures/s, the faster"]
+    rows = [
+        [stage, ms["torch"], ms["onnx"], ms["torch"] / ms["onnx"], 1e3 / min(ms.values())]
+        for stage, ms in found.items()
+    ]
+    return publish(out / "export.json", "vision-s2r benchmark export", columns, rows)
 
 
 Ways = dict[tuple[str, str], Callable[[], object]]
@@ -82,14 +87,3 @@ def _onnx(translator: object, policy: object, seed: int) -> Ways:
 def _inputs(seed: int) -> tuple[tuple[Tensor, ...], tuple[Tensor, ...]]:
     one = {"batch": 1, "grasps": 1}
     return graphs.translator(TRANSLATOR).example(seed, **one), graphs.policy(POLICY).example(seed, **one)
-
-
-def _print(found: dict[str, dict[str, float]]) -> None:
-    threads = f"{torch.get_num_threads()} threads, {os.cpu_count()} cores, one picture at a time"
-    table = Table(
-        "ms a picture", "torch", "onnxruntime", "torch / onnxruntime", "pictures/s, the faster", title=threads
-    )
-    for stage, ms in found.items():
-        values = (ms["torch"], ms["onnx"], ms["torch"] / ms["onnx"], 1e3 / min(ms.values()))
-        table.add_row(stage, *(f"{value:.2f}" for value in values))
-    Console().print(table)

@@ -6,15 +6,15 @@ moods; what counts is their ratio. A step is one integration step of one joint.
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from vision_s2r.bullet import pybullet
 from vision_s2r.joint.machine import NominalJoint, pack
 from vision_s2r.joint.simulation import simulate
+from vision_s2r.results import publish
 
 JOINT = NominalJoint(torque_constant=0.5, inertia=0.02, viscous_damping=0.1, coulomb_friction=0.02)
 SAMPLE_TIME = 0.01
@@ -37,8 +37,8 @@ EFFECTS: dict[str, dict[str, dict[str, float]]] = {
 REFERENCES = ("NumPy loop, all episodes at once", "NumPy loop, all candidates at once", "PyBullet loop")
 
 
-def run(seed: int) -> dict[str, float]:
-    """Measure and print; returns steps a second of each way, medians over rounds."""
+def run(seed: int, out: Path) -> Path:
+    """Measure steps a second of each way, medians over rounds; print and write joint.json, whose path it returns."""
     levels = np.random.default_rng(seed).uniform(-1.8, 1.8, (EPISODES, SAMPLES // 20))
     command = np.repeat(levels, 20, axis=1)
     ways: dict[str, Callable[[], float]] = {name: _ours(effects, command) for name, effects in EFFECTS.items()}
@@ -49,8 +49,15 @@ def run(seed: int) -> dict[str, float]:
         way()  # compiles, loads
     rounds = [{name: way() for name, way in ways.items()} for _ in track(range(ROUNDS), "rounds")]
     speeds = {name: float(np.median([speed[name] for speed in rounds])) for name in ways}
-    _print(speeds)
-    return speeds
+    columns = [
+        "way",
+        "million steps/s",
+        f"ms for {EPISODES} × {SAMPLES} samples",
+        *(f"/ {each}" for each in REFERENCES),
+    ]
+    log = {name: EPISODES * SAMPLES * SUBSTEPS / speed * 1e3 for name, speed in speeds.items()}
+    rows = [[n, s / 1e6, log[n], *(s / speeds[reference] for reference in REFERENCES)] for n, s in speeds.items()]
+    return publish(out / "joint.json", "vision-s2r benchmark joint", columns, rows)
 
 
 def _ours(effects: dict[str, dict[str, float]], command: np.ndarray) -> Callable[[], float]:
@@ -131,12 +138,3 @@ def pybullet_joint(client: int, step: float) -> int:
         body, 0, pybullet.VELOCITY_CONTROL, targetVelocity=0, force=JOINT.coulomb_friction, physicsClientId=client
     )
     return body
-
-
-def _print(speeds: dict[str, float]) -> None:
-    table = Table("way", "million steps/s", f"ms for {EPISODES} × {SAMPLES} samples", *(f"/ {r}" for r in REFERENCES))
-    for name, speed in speeds.items():
-        log = EPISODES * SAMPLES * SUBSTEPS / speed * 1e3
-        ratios = (f"{speed / speeds[reference]:,.1f}" for reference in REFERENCES)
-        table.add_row(name, f"{speed / 1e6:.3g}", f"{log:.3g}", *ratios)
-    Console(width=160).print(table)

@@ -5,15 +5,13 @@ All are measured in one process in turns, so that they share the machine's moods
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
 from rich.progress import track
-from rich.table import Table
 
 from vision_s2r.bullet import pybullet
+from vision_s2r.results import publish
 from vision_s2r.scene import Renderer, SceneConfig, SceneState, arm, canonical, objects, randomized, sample_state, tray
 from vision_s2r.scene.appearance import Appearance, Light
 from vision_s2r.scene.renderer import LIGHT_DISTANCE, projection, view_matrix
@@ -23,35 +21,31 @@ ROUNDS = 5
 MEMORY_RENDERS = 20_000
 
 
-@dataclass(frozen=True)
-class Speed:
-    """Pairs a second of each way, medians over rounds; megabytes grown over MEMORY_RENDERS renders."""
+def run(scene: SceneConfig, size: int, margin: int, views: int, seed: int, out: Path) -> Path:
+    """Pairs a second of each way, medians over rounds, and memory; printed, and written to render.json, its path.
 
-    ours: float
-    ours_of_many: float
-    limit: float
-    usual: float
-    growth: float
-
-
-def run(scene: SceneConfig, size: int, margin: int, views: int, seed: int) -> Speed:
-    """Measure and print the table; `views`: randomized pictures of a scene, as they are rendered for training."""
+    `views`: randomized pictures of a scene, as they are rendered for training.
+    """
     states = [sample_state(scene, seed, k) for k in track(range(SCENES), "settling scenes")]
     looks = [(randomized(scene, state), canonical(state)) for state in states]
     with Renderer(scene) as renderer:
+        ours, many = "ours, a view a scene", f"ours, {views} views a scene"
         ways: dict[str, Callable[[], float]] = {
-            "ours": lambda: _ours(renderer, states, size, margin, 1),
-            "ours of many": lambda: _ours(renderer, states, size, margin, views),
-            "limit": lambda: _limit(renderer, states, looks, size, margin),
-            "usual": lambda: _usual(scene, states[:10], looks, renderer, size, margin),
+            ours: lambda: _ours(renderer, states, size, margin, 1),
+            many: lambda: _ours(renderer, states, size, margin, views),
+            "two bare getCameraImage calls (the limit)": lambda: _limit(renderer, states, looks, size, margin),
+            "reset, load, texture, settle, render (the usual loop)": lambda: _usual(
+                scene, states[:10], looks, renderer, size, margin
+            ),
         }
         _ours(renderer, states, size, margin, 1)  # meshes are made once
         times = {name: [way() for _ in track(range(ROUNDS), name)] for name, way in ways.items()}
         growth = _growth(renderer, states, size, margin)
-    ours, many, limit, usual = (1 / float(np.median(times[name])) for name in ways)
-    speed = Speed(ours, many, limit, usual, growth)
-    _print(speed, views)
-    return speed
+    speeds = {name: 1 / float(np.median(each)) for name, each in times.items()}
+    columns = ["way", "pairs/s", *(f"{name} / it" for name in (ours, many))]
+    rows = [[name, speed, *(speeds[each] / speed for each in (ours, many))] for name, speed in speeds.items()]
+    rows.append([f"MB that {MEMORY_RENDERS:,} renders added", growth, "", ""])
+    return publish(out / "render.json", "vision-s2r benchmark render", columns, rows)
 
 
 def _ours(renderer: Renderer, states: list[SceneState], size: int, margin: int, views: int) -> float:
@@ -175,17 +169,3 @@ def _growth(renderer: Renderer, states: list[SceneState], size: int, margin: int
 def _resident() -> float:
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * 4096 / 1e6
-
-
-def _print(speed: Speed, views: int) -> None:
-    table = Table("way", "pairs/s", "ours / it", f"ours of {views} / it")
-    for name, value in (
-        ("ours, a view a scene", speed.ours),
-        (f"ours, {views} views a scene", speed.ours_of_many),
-        ("two bare getCameraImage calls", speed.limit),
-        ("reset, load, texture, settle, render", speed.usual),
-    ):
-        table.add_row(name, f"{value:.1f}", f"{speed.ours / value:.2f}", f"{speed.ours_of_many / value:.2f}")
-    console = Console()
-    console.print(table)
-    console.print(f"memory grew by {speed.growth:.1f} MB over {MEMORY_RENDERS} renders")

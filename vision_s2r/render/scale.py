@@ -5,20 +5,16 @@ independent and nothing is exchanged between nodes. What does not spread is the 
 writes the manifest anew: its seconds a shard bound the rate.
 """
 
-import json
 import tempfile
 import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
-from rich.table import Table
-
-from vision_s2r.files import write
 from vision_s2r.render import shard as shards
 from vision_s2r.render.config import RenderConfig
 from vision_s2r.render.manifest import Manifest, shard_path
+from vision_s2r.results import publish
 from vision_s2r.scene import SceneConfig
 
 MEASURED = 40  # scenes
@@ -32,14 +28,10 @@ COLUMNS = (
 
 
 def run(scene: SceneConfig, sets: dict[str, RenderConfig], out: Path) -> Path:
-    """Measure sets by what they hold, print and write scale.json; returns it."""
+    """Measure sets by what they hold; prints scale.json, writes it, and returns its path."""
     rows = [_row(name, scene, cfg) for name, cfg in sets.items()]
-    table = Table(COLUMNS[0], *(row[0] for row in rows), title=f"{SCENES:,} scenes on nodes of {CORES} cores")
-    for name, *values in zip(COLUMNS[1:], *(row[1:] for row in rows), strict=True):
-        table.add_row(name, *(f"{value:.3g}" for value in values))
-    Console().print(table)
-    content = {"command": "vision-s2r benchmark scale", "columns": list(COLUMNS), "rows": rows}
-    return write(out / "scale.json", json.dumps(content, indent=1) + "\n")
+    title = f"{SCENES:,} scenes on nodes of {CORES} cores"
+    return publish(out / "scale.json", "vision-s2r benchmark scale", COLUMNS, rows, title)
 
 
 def _row(name: str, scene: SceneConfig, cfg: RenderConfig) -> list[Any]:
@@ -50,7 +42,7 @@ def _row(name: str, scene: SceneConfig, cfg: RenderConfig) -> list[Any]:
     spread = [max(hours / (CORES * nodes), count * driver / 3600) for nodes in NODES]
     busy = seconds * cfg.shard_size / driver / CORES
     numbers = [seconds, size / 1e3, hours, SCENES * size / 1e9, *spread, 1e3 * driver, count * driver / 3600, busy]
-    return [f"{name}, shards of {cfg.shard_size}", *(float(f"{each:.3g}") for each in numbers)]
+    return [f"{name}, shards of {cfg.shard_size}", *numbers]
 
 
 def _cost(scene: SceneConfig, cfg: RenderConfig) -> tuple[float, float]:

@@ -19,6 +19,7 @@ from lightning_fabric import Fabric
 from vision_s2r import files
 from vision_s2r.errors import UserError
 from vision_s2r.options import validate
+from vision_s2r.results import publish
 from vision_s2r.training import Inputs, ViewSource, checkpoint, train
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.training.loop import LAST
@@ -39,7 +40,7 @@ Curve = list[dict[str, float]]  # a row a validation: minutes, pictures seen, me
 
 
 def run(cfg: TranslateConfig, benchmark: BenchmarkConfig, inputs: Inputs, out: Path, seed: int) -> dict[str, Any]:
-    """Measures, or goes on with what the folder `out` holds; prints the table, writes translate.json and .png there.
+    """Measures, or goes on with what the folder `out` holds; prints a table, writes it, translate.json and .png there.
 
     Returns what the JSON holds: facts of the run, for each network its speeds and its curve, and for each of ours the
     `ratios` to the reference. Raises UserError where the configuration or the views do not fit, or `out` holds a
@@ -74,10 +75,10 @@ def run(cfg: TranslateConfig, benchmark: BenchmarkConfig, inputs: Inputs, out: P
         "networks": networks,
         "ratios": {name: ratios(networks[name], networks[REFERENCE]) for name in (OURS, PICTURE)},
     }
+    table = publish(out / "translate_table.json", **benchmark_report.as_table(found))
     files.write(out / "translate.json", json.dumps(found, indent=1))
     benchmark_report.draw(found, out / "translate.png")
-    benchmark_report.show(found)
-    log.info("%s/translate.json, translate.png", out)
+    log.info("%s/translate.json, translate.png, %s", out, table.name)
     return found
 
 

@@ -1,4 +1,4 @@
-"""What the benchmark of the translator shows: a table and a figure."""
+"""What the benchmark of the translator shows: a figure, and a table."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,8 +6,6 @@ from typing import Any
 
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
-from rich.console import Console
-from rich.table import Table
 
 from vision_s2r.files import write_figure
 
@@ -32,36 +30,31 @@ def draw(found: dict[str, Any], path: Path) -> Path:
     return write_figure(path, figure, dpi=130)
 
 
-def show(found: dict[str, Any]) -> None:
-    """Prints the table."""
-    networks, error, reference = found["networks"], found["error"], found["reference"]
-    table = Table("", *networks)
-
-    def row(title: str, form: str, values: Iterable[float | None]) -> None:
-        table.add_row(title, *("–" if value is None else format(value, form) for value in values))
-
-    def measured(title: str, form: str, key: str) -> None:
-        row(title, form, (network[key] for network in networks.values()))
-
-    def compared(title: str, key: str) -> None:
-        row(title, ".2f", (found["ratios"].get(name, {}).get(key) for name in networks))
-
-    measured("parameters", ",", "parameters")
-    measured("inference, ms a picture", ".2f", "inference_milliseconds")
-    measured("training, pictures/s: the network alone", ".1f", "step_pictures_per_second")
-    measured("training, pictures/s: in the loop", ".1f", "loop_pictures_per_second")
+def as_table(found: dict[str, Any]) -> dict[str, Any]:
+    """`command`, `columns` and `rows` of a page of results: each network's figures, then ours over theirs."""
+    networks, error = found["networks"], found["error"]
     done, fastest = "step_operations_per_second", "ceiling_operations_per_second"
-    row("GFLOP/s: the network alone", ".0f", (network[done] / 1e9 for network in networks.values()))
-    row("GFLOP/s: the fastest 3 x 3 convolution here", ".0f", (network[fastest] / 1e9 for network in networks.values()))
-    row("share of that, %", ".0f", (100 * network[done] / network[fastest] for network in networks.values()))
-    for key in (error, "object_l1"):
-        row(f"{key} after {found['minutes']:g} min", ".4f", (n["curve"][-1][key] for n in networks.values()))
-    table.add_section()
-    table.add_row(f"over the {reference}:")
-    compared(f"{error} after {found['minutes']:g} min", "error")
-    compared("pictures/s, inference", "inference")
-    compared("pictures/s, training, the network alone", "step")
-    compared("pictures/s, training, in the loop", "loop")
-    compared("times fewer pictures to the reference's best error", "pictures")
-    compared("times less time to it: pictures/s at equal error", "time")
-    Console(width=120).print(table)
+    after = f"after {found['minutes']:g} min"
+    measured: dict[str, Iterable[float]] = {
+        "parameters": (network["parameters"] for network in networks.values()),
+        "inference, ms a picture": (network["inference_milliseconds"] for network in networks.values()),
+        "training, pictures/s: the network alone": (n["step_pictures_per_second"] for n in networks.values()),
+        "training, pictures/s: in the loop": (n["loop_pictures_per_second"] for n in networks.values()),
+        "GFLOP/s: the network alone": (network[done] / 1e9 for network in networks.values()),
+        "GFLOP/s: the fastest 3 × 3 convolution here": (network[fastest] / 1e9 for network in networks.values()),
+        "share of that, %": (100 * network[done] / network[fastest] for network in networks.values()),
+        **{f"{key} {after}": (n["curve"][-1][key] for n in networks.values()) for key in (error, "object_l1")},
+    }
+    rows: list[list[Any]] = [[title, *values] for title, values in measured.items()]
+    compared = {
+        f"{error} {after}": "error",
+        "pictures/s, inference": "inference",
+        "pictures/s, training, the network alone": "step",
+        "pictures/s, training, in the loop": "loop",
+        "times fewer pictures to the reference's best error": "pictures",
+        "times less time to it: pictures/s at equal error": "time",
+    }
+    for title, key in compared.items():
+        ratios = [found["ratios"].get(name, {}).get(key) for name in networks]
+        rows.append([f"over the {found['reference']}: {title}", *("–" if each is None else each for each in ratios)])
+    return {"command": "vision-s2r benchmark translate", "columns": ["", *networks], "rows": rows}
