@@ -1,10 +1,10 @@
 """Tables of results, from the JSON that runs write.
 
 A page asks for one by a line of its own, `<!-- table: NAME -->`, or `<!-- table: NAME rows=0,1 columns=0,2 -->` for a
-part of it, and gets docs/results/data/NAME.json. Two forms are known: the transfer table of an evaluation
+part of it, and gets docs/results/data/NAME.json; `NAME+OTHER` sets the first figures of several beside each other, a row
+a title, under the last words of their names. Two forms are known: the transfer table of an evaluation
 (`table.json`), and a plain table, `columns` and `rows`, whose cells are text, numbers, or
-`{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` where its numbers come
-from. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
+`{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` what to know of that run. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
 
     python docs/hooks/tables.py README.md    # write it there anew
 """
@@ -17,7 +17,7 @@ from typing import Any
 
 DATA = Path(__file__).resolve().parents[1] / "results" / "data"
 TRANSFER = "vision-s2r/transfer-table/1"
-ASKED = re.compile(r"^<!-- table: (\w+)(?: rows=([\d,]+))?(?: columns=([\d,]+))? -->$", re.MULTILINE)
+ASKED = re.compile(r"^<!-- table: ([\w+]+)(?: rows=([\d,]+))?(?: columns=([\d,]+))? -->$", re.MULTILINE)
 FILLED = re.compile(f"({ASKED.pattern}).*?(?=^<!-- end -->$)", re.MULTILINE | re.DOTALL)
 TITLES = {
     "rcan": "RCAN",
@@ -28,16 +28,16 @@ TITLES = {
 
 def table(name: str, rows: str | None = None, columns: str | None = None) -> str:
     """The table in Markdown, or these rows and columns of it. Raises FileNotFoundError where there is none."""
-    data = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
-    head, body = _transfer(data) if data.get("format") == TRANSFER else (data["columns"], data["rows"])
+    head, body = _beside(name.split("+")) if "+" in name else _plain(name)
     lines = [head, ["---"] * len(head), *([_cell(each) for each in row] for row in _chosen(body, rows))]
     return "\n".join("| " + " | ".join(_chosen(line, columns)) + " |" for line in lines)
 
 
 def provenance(name: str) -> str:
-    """What makes the table, and where its numbers come from: a line of Markdown."""
-    data = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
-    parts = [f"`{data['command']}`" if "command" in data else "", data.get("source", "")]
+    """What makes the table, and what to know of its numbers: a line of Markdown."""
+    parts = []
+    for data in map(_data, name.split("+")):
+        parts += [f"`{data['command']}`", data.get("source", "")]
     return "<small>" + " · ".join(part for part in parts if part) + "</small>"
 
 
@@ -52,6 +52,24 @@ def with_tables(page: str) -> str:
 def refilled(page: str) -> str:
     """A page that holds its tables, with each written anew."""
     return FILLED.sub(lambda found: f"{found[1]}\n\n{table(*found.groups()[1:])}\n\n", page)
+
+
+def _data(name: str) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))
+    return found
+
+
+def _plain(name: str) -> tuple[list[str], list[list[Any]]]:
+    data = _data(name)
+    return _transfer(data) if data.get("format") == TRANSFER else (data["columns"], data["rows"])
+
+
+def _beside(names: list[str]) -> tuple[list[str], list[list[Any]]]:
+    """The first figure of each table, a row a title; empty where a table has no such row."""
+    figures = [{row[0]: row[1] for row in _data(name)["rows"]} for name in names]
+    titles = list(dict.fromkeys(title for each in figures for title in each))
+    rows = [[title, *(each.get(title, "") for each in figures)] for title in titles]
+    return ["", *(name.rpartition("_")[2] for name in names)], rows
 
 
 def _chosen(items: list[Any], indices: str | None) -> list[Any]:
