@@ -1,12 +1,15 @@
 """Arms against MuJoCo's own stepping, and joint by joint against themselves."""
 
+from pathlib import Path
+
 import mujoco
 import numpy as np
+import pybullet_data
 from recordings import DRIVE, TWO_LINKS, an_arm, joint_row
 from scipy.integrate import solve_ivp
 
 from vision_s2r.arm.bodies import Bodies
-from vision_s2r.arm.model import ArmModel
+from vision_s2r.arm.model import ArmModel, opened
 from vision_s2r.arm.simulate import simulate
 from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.problems import motions, problems
@@ -104,3 +107,11 @@ def test_mujoco_leaves_no_log_where_one_works(tmp_path, monkeypatch, caplog):
     (tmp_path / "arm.xml").write_text(TWO_LINKS.read_text().replace("<worldbody>", '<worldbody><site pos="NaN 0 0"/>'))
     ArmModel(tmp_path / "arm.xml")
     assert "contains a 'NaN'" in caplog.text and [path.name for path in tmp_path.iterdir()] == ["arm.xml"]
+
+
+def test_a_vendors_tensor_of_no_body_is_balanced_and_said_once(caplog):
+    path = Path(pybullet_data.getDataPath()) / "xarm" / "xarm6_robot.urdf"
+    model = opened(path)
+    assert opened(path) is model and list(model.joints)[:6] == [f"joint{k}" for k in range(1, 7)]
+    inertia = model.spec.copy().compile().body("link2").inertia
+    assert 2 * inertia.max() <= inertia.sum() and caplog.text.count("balances it") == 1

@@ -3,6 +3,7 @@
 import logging
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import mujoco
@@ -57,6 +58,16 @@ class ArmModel:
         return self.joints[name]
 
 
+def opened(path: Path) -> ArmModel:
+    """The model of a file, read once as long as it stays as it is. Its `spec` is to be copied, not changed."""
+    return _opened(path, path.stat().st_mtime_ns if path.is_file() else 0)
+
+
+@lru_cache(maxsize=8)
+def _opened(path: Path, _: int) -> ArmModel:
+    return ArmModel(path)
+
+
 def one_line(error: Exception) -> str:
     """MuJoCo's words."""
     return " ".join(str(error).removeprefix("Error: ").split())
@@ -79,7 +90,7 @@ def _spec(path: Path) -> mujoco.MjSpec:
 def _compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
     """The model; without meshes, and what is drawn, where one of their files is missing."""
     try:
-        return spec.compile()
+        return _balanced(spec, path)
     except ValueError as error:
         if "opening file" not in str(error) and "not found" not in str(error):
             raise UserError(f"{path}: does not load in MuJoCo: {one_line(error)}") from error
@@ -92,9 +103,21 @@ def _compiled(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
     for each in (*spec.geoms, *spec.sites):
         each.material = ""
     try:
-        return spec.compile()
+        return _balanced(spec, path)
     except ValueError as error:
         raise UserError(f"{path}: without its missing meshes, MuJoCo says: {one_line(error)}") from error
+
+
+def _balanced(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
+    """The model; where a tensor of inertia is that of no body, as in vendors' URDFs, with the mean of its parts."""
+    try:
+        return spec.compile()
+    except ValueError as error:
+        if "balanceinertia" not in str(error):
+            raise
+        log.warning("%s: a tensor of inertia can be of no body, MuJoCo balances it: %s", path, one_line(error))
+    spec.compiler.balanceinertia = True
+    return spec.compile()
 
 
 def _joint(model: mujoco.MjModel, index: int) -> ModelJoint:

@@ -34,6 +34,7 @@ def simulate(
     first: np.ndarray,
     times: np.ndarray,
     step: float | None = None,
+    rows: int | None = None,
 ) -> ArmRun:
     """Run all joints of an arm over one episode.
 
@@ -42,12 +43,13 @@ def simulate(
     first [J, 2]      positions and velocities at the first row
     times [T]         s of each row, rising
     step              s, of the integrator, at most; by default 2 ms, or less where a servo is stiff
+    rows              how many to run, from the first; by default all
 
     Bodies are evaluated in the middle of each step.
     """
     machines, command, first = (np.require(x, np.float64, ("C", "W")) for x in (machines, command, first))
     times = np.require(times - times[0], np.float64, ("C", "W"))
-    joints, samples = command.shape
+    joints, samples = len(command), rows or len(times)
     sample_time = float(np.median(np.diff(times)))
     longest = step or _step(bodies, machines, first)
     parts = max(math.ceil(sample_time / longest - 1e-9), 1)
@@ -55,7 +57,7 @@ def simulate(
     tables = Tables().array()
     states, rates = np.zeros((joints, sweep.STATE)), np.zeros(joints)
     sweep.start(machines, tables, first, states)
-    rows = np.tile(np.array([-1, 0], dtype=np.int64), (joints, 1))
+    acting = np.tile(np.array([-1, 0], dtype=np.int64), (joints, 1))  # rows of the commands that act
     points = np.stack([first[:, 0], np.zeros(joints)], axis=1)
     out = np.full((joints, samples, 2), np.nan)
     out[:, 0] = first
@@ -63,11 +65,12 @@ def simulate(
     row, count = 1, 0
     while row < samples:
         position, velocity = states[:, 0], states[:, 1]
-        mass, bias = bodies.terms(position + 0.5 * step * velocity, velocity)
+        halfway = velocity + 0.5 * step * rates
+        mass, bias = bodies.terms(position + 0.25 * step * (velocity + halfway), halfway)
         share = (count * step - times[row - 1]) / (times[row] - times[row - 1])
         at = (row - 1) * parts + min(int(share * parts + ROUNDING), parts - 1)
         row = sweep.advance(
-            machines, command, times, first, rows, points, states, rates, np.ascontiguousarray(mass), bias, tables,
+            machines, command, times, first, acting, points, states, rates, np.ascontiguousarray(mass), bias, tables,
             count * step, step, row, out,
         )  # fmt: skip
         load[at] += np.diagonal(mass) * rates - mass @ rates - bias
@@ -75,7 +78,7 @@ def simulate(
         count += 1
         if not np.isfinite(states).all():
             break
-    sweep.show(machines, sample_time, times, out)
+    sweep.show(machines, sample_time, times[:samples], out)
     return ArmRun(out, _filled(load, steps))
 
 

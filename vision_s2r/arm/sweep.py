@@ -33,7 +33,7 @@ from vision_s2r.joint.two_masses import (
 
 STATE = 8  # position, velocity; weight (2), other torque; the motor's velocity, twist and side of two masses
 SWEEPS = 100
-AGREED = 1e-8  # rad/s (m/s) of the velocities after a step
+AGREED = 1e-6  # rad/s (m/s) of the velocities after a step
 EASE = 0.5  # of the way to its new acceleration that a joint of two masses goes in a sweep
 
 _WIDTH = len(COLUMNS)

@@ -10,6 +10,7 @@ from vision_s2r.options import option, validate
 from vision_s2r.parallel import backend_option
 
 STAGES = ("generate", "score", "all")
+ARMS = ("chains", "public", "all")
 KINDS = ("joint", "camera", "contact", "arm", "appearance")
 COUNTS = {
     "null": 20,
@@ -48,6 +49,13 @@ class GapbenchConfig:
         "How many machines of each case; a case that the kind does not have is passed over, effects are taken in turn.",
         low=0,
     )
+    arms: str = option(
+        "all",
+        "kind=arm: chains (drawn, of two or three links), public (of two to seven joints, from URDFs that PyBullet "
+        "ships), or all (as many of both).",
+        choices=ARMS,
+    )
+    rate: float = option(100.0, "kind=arm: of the logs, Hz; the servos run at 10 kHz or more.", low=5, high=1000)
     jobs: int = option(2, "How many processes at a time.", low=1)
     backend: str = backend_option()
     limit: int = option(0, "How many of the recordings to score, from the first; 0: all.", low=0)

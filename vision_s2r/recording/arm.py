@@ -8,7 +8,7 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from vision_s2r.arm.model import ArmModel, ModelJoint
+from vision_s2r.arm.model import ArmModel, ModelJoint, opened
 from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header, joint, table
 from vision_s2r.recording.data import ArmRecording, JointRecording
@@ -35,7 +35,7 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ArmRecordi
     where = str(folder / "recording.yaml")
     check_keys(content, KEYS, where, ("model", "sample_time", "joints"))
     sample_time = header.number(content, "sample_time", where, 0.0, 1e3, inclusive=False)
-    model = ArmModel(_model_path(folder, content["model"], where))
+    model = opened(_model_path(folder, content["model"], where))
     given = {name: each or {} for name, each in header.mapping(content, "joints", where).items()}
     if not given:
         raise UserError(f"{where}: joints is empty, expected those that were logged")

@@ -8,7 +8,7 @@ import numpy as np
 
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.effect import PAYLOAD
-from vision_s2r.arm.model import ArmModel
+from vision_s2r.arm.model import opened
 from vision_s2r.arm.simulate import ArmRun, simulate
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import fingerprint as of_joint
@@ -24,18 +24,19 @@ class FreeRuns:
         self._machines: dict[str, tuple[Bodies, np.ndarray]] = {}
         self._runs: dict[tuple[str, int], ArmRun] = {}
 
-    def run(self, effects: Values, k: int) -> ArmRun:
-        """Episode `k` of the arm with these effects."""
+    def run(self, effects: Values, k: int, rows: int | None = None) -> ArmRun:
+        """Episode `k` of the arm with these effects, the first `rows` rows of it at least."""
         key = repr(sorted((name, sorted(values.items())) for name, values in effects.items()))
-        if (key, k) not in self._runs:
+        length = int(self.recording.any.lengths[k]) if rows is None else rows
+        if (key, k) not in self._runs or self._runs[key, k].states.shape[1] < length:
             if key not in self._machines:
                 self._machines[key] = bodies_of(self.recording, effects), self._packed(effects)
             joints = self.recording.joints.values()
-            length = self.recording.any.lengths[k]
-            command = np.array([joint.command[k, :length] for joint in joints])
+            whole = int(self.recording.any.lengths[k])
+            command = np.array([joint.command[k, :whole] for joint in joints])
             first = np.array([joint.first[k] for joint in joints])
-            times = np.array(self.recording.any.time[k, :length])
-            self._runs[key, k] = simulate(*self._machines[key], command, first, times)
+            times = np.array(self.recording.any.time[k, :whole])
+            self._runs[key, k] = simulate(*self._machines[key], command, first, times, rows=length)
         return self._runs[key, k]
 
     def states(self, effects: Values) -> np.ndarray:
@@ -49,9 +50,9 @@ class FreeRuns:
     def held_out(self, held_out: Mapping[str, Any]) -> np.ndarray:
         """The same, each stretch with parameters that have not seen it, as a report's `held_out` has them."""
         out = self._nothing()
-        for episode, first, end, fold in held_out["segments"]:
+        for episode, first, end, fold in sorted(held_out["segments"], key=lambda segment: -segment[2]):
             e = self.recording.episodes.index(episode)
-            out[e, first:end] = self.run(held_out["folds"][fold], e).states[:, first:end].transpose(1, 0, 2)
+            out[e, first:end] = self.run(held_out["folds"][fold], e, end).states[:, first:end].transpose(1, 0, 2)
         return out
 
     def _packed(self, effects: Values) -> np.ndarray:
@@ -69,8 +70,7 @@ def free_run(recording: ArmRecording, effects: Values) -> np.ndarray:
 
 def bodies_of(recording: ArmRecording, effects: Values) -> Bodies:
     """The recording's bodies, with the payload where the effects have one."""
-    model = ArmModel(recording.model)
-    return Bodies(model, list(recording.joints), recording.hold, recording.tip, effects.get(PAYLOAD))
+    return Bodies(opened(recording.model), list(recording.joints), recording.hold, recording.tip, effects.get(PAYLOAD))
 
 
 def effects_of(joint: str, effects: Values) -> dict[str, dict[str, float]]:

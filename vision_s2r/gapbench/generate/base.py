@@ -6,7 +6,8 @@ A kind of recording is a module (`generate.joint`, `generate.camera`) with
     def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Machine
 
 `index` counts the machines of a case from 0, so that effects are taken in turn; `split` is one of `SPLITS`; all that is
-random comes from `rng`. The unknown effects of the two splits are disjoint.
+random comes from `rng`. The unknown effects of the two splits are disjoint. What `generate.of_kind` asks of a kind
+follows by name.
 """
 
 from collections.abc import Callable

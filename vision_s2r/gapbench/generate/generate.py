@@ -43,7 +43,8 @@ def generate(cfg: GapbenchConfig) -> Path:
         return out
     (out / "recordings").mkdir(parents=True, exist_ok=True)
     jobs = [(case, index) for case, count in drawn["counts"].items() for index in range(count)]
-    calls = ((cfg.kind, cfg.set, cfg.seed, case, index, out) for case, index in jobs)
+    options = of_kind(cfg)
+    calls = ((cfg.kind, cfg.set, cfg.seed, case, index, out, options) for case, index in jobs)
     machines = in_pieces(_one, calls, cfg.jobs, cfg.backend)
     answers = dict(sorted(tracked(machines, len(jobs), f"generate {cfg.kind} {cfg.set}")))
     salts = {name: secrets.token_hex(16) for name in answers}
@@ -59,18 +60,25 @@ def _contents(cfg: GapbenchConfig) -> dict[str, Any]:
     counts = {case: count for case, count in cfg.counts.items() if case in known and count}
     if not counts:
         raise UserError(f"gapbench: counts has no case of kind {cfg.kind}; known: {', '.join(known)}")
-    return {"format": FORMAT, "kind": cfg.kind, "set": cfg.set, "seed": cfg.seed, "counts": counts}
+    return {"format": FORMAT, "kind": cfg.kind, "set": cfg.set, "seed": cfg.seed, **of_kind(cfg), "counts": counts}
+
+
+def of_kind(cfg: GapbenchConfig) -> dict[str, Any]:
+    """What is asked of machines of this kind alone: arguments of its `machine`."""
+    return {"arms": cfg.arms, "rate": cfg.rate} if cfg.kind == "arm" else {}
 
 
 def _module(kind: str) -> Any:
     return importlib.import_module(f"vision_s2r.gapbench.generate.{kind}")
 
 
-def _one(kind: str, split: str, seed: int, case: str, index: int, out: Path) -> tuple[str, dict[str, Any]]:
+def _one(
+    kind: str, split: str, seed: int, case: str, index: int, out: Path, options: dict[str, Any]
+) -> tuple[str, dict[str, Any]]:
     """Draw one machine and write its recording, whole or not at all. Raises UserError where it cannot be written."""
     rng = np.random.default_rng([seed, KINDS.index(kind), SPLITS.index(split), CASES.index(case), index])
     name = rng.bytes(6).hex()
-    machine = _module(kind).machine(case, index, split, rng)
+    machine = _module(kind).machine(case, index, split, rng, **options)
     partial, folder = out / f"{name}.partial", out / "recordings" / name
     for stale in (partial, folder):
         shutil.rmtree(stale, ignore_errors=True)

@@ -27,7 +27,7 @@ def score_all(cfg: GapbenchConfig) -> Path:
     answers = _opened(out, committed["commitments"])
     scores = [_scored(out, name, committed["kind"], answers[name]) for name in names]
     rows = totals(committed["kind"], scores)
-    about = {key: committed[key] for key in ("format", "kind", "set", "seed", "counts")}
+    about = {key: value for key, value in committed.items() if key not in ("commitments", "withheld")}
     results = {
         **about,
         "totals": [asdict(row) for row in rows],
@@ -46,7 +46,8 @@ def score_all(cfg: GapbenchConfig) -> Path:
 
 def _command(committed: dict[str, Any], limit: int) -> str:
     counts = " ".join(f"counts.{case}={count}" for case, count in committed["counts"].items())
-    about = " ".join(f"{key}={committed[key]}" for key in ("kind", "set", "seed"))
+    asked = ("kind", "set", "seed", "arms", "rate")
+    about = " ".join(f"{key}={committed[key]}" for key in asked if key in committed)
     return f"vision-s2r gapbench {about} {counts}" + (f" limit={limit}" if limit else "")
 
 
