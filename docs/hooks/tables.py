@@ -1,10 +1,11 @@
 """Tables of results, from the JSON that runs write.
 
 A page asks for one by a line of its own, `<!-- table: NAME -->`, or `<!-- table: NAME rows=0,1 columns=0,2 -->` for a
-part of it, and gets docs/results/data/NAME.json; `NAME+OTHER` sets the first figures of several beside each other, a row
-a title, under the last words of their names. Two forms are known: the transfer table of an evaluation
+part of it, and gets docs/results/data/NAME.json; `NAME+OTHER` sets the first figures of several beside each other, a
+row a title, under the last words of their names. Two forms are known: the transfer table of an evaluation
 (`table.json`), and a plain table, `columns` and `rows`, whose cells are text, numbers, or
-`{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` what to know of that run. In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
+`{value, low, high, unit, of}` with a 95 % interval. `command` says what makes it, `source` what to know of that run.
+In README.md, which nothing builds, the table stands below that line, up to `<!-- end -->`:
 
     python docs/hooks/tables.py README.md    # write it there anew
 """
