@@ -9,7 +9,7 @@ from vision_s2r.gapbench.generate.base import CASES, SPLITS
 from vision_s2r.options import option, validate
 from vision_s2r.parallel import backend_option
 
-STAGES = ("generate", "score", "all")
+STAGES = ("generate", "score", "all", "follow")
 ARMS = ("chains", "public", "all")
 KINDS = ("joint", "camera", "contact", "arm", "appearance")
 COUNTS = {
@@ -24,6 +24,7 @@ COUNTS = {
     "all_nominal": 11,
     "left_out": 17,
     "unpaired": 10,
+    "confusable": 0,
 }
 
 
@@ -33,7 +34,9 @@ class GapbenchConfig:
 
     stage: str = option(
         "all",
-        "generate (draw and write the recordings), score (diagnose each, then open the answers and score), or all.",
+        "generate (draw and write the recordings), score (diagnose each, then open the answers and score), all (both), "
+        "or follow (make the recording that each joint's unsettled diagnosis asks for, beside a random one, and "
+        "diagnose again).",
         choices=STAGES,
     )
     kind: str = option("joint", "Of machine.", choices=KINDS)

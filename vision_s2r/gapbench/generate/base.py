@@ -29,6 +29,7 @@ CASES = (
     "all_nominal",  # every modelled parameter 5 to 25 % off, and one effect
     "left_out",  # one effect of the library, which the diagnosis is told to forget
     "unpaired",  # cameras: two sets of pictures without matching scenes, one effect
+    "confusable",  # one effect that its recording hardly shows, or that another imitates there; another recording tells
 )
 
 Effects = dict[str, dict[str, float]]  # effect -> parameter -> value, as a report names them

@@ -56,7 +56,7 @@ def generate(cfg: GapbenchConfig) -> Path:
 
 
 def _contents(cfg: GapbenchConfig) -> dict[str, Any]:
-    known = _module(cfg.kind).CASES
+    known = cases_of(cfg.kind)
     counts = {case: count for case, count in cfg.counts.items() if case in known and count}
     if not counts:
         raise UserError(f"gapbench: counts has no case of kind {cfg.kind}; known: {', '.join(known)}")
@@ -66,6 +66,12 @@ def _contents(cfg: GapbenchConfig) -> dict[str, Any]:
 def of_kind(cfg: GapbenchConfig) -> dict[str, Any]:
     """What is asked of machines of this kind alone: arguments of its `machine`."""
     return {"arms": cfg.arms, "rate": cfg.rate} if cfg.kind == "arm" else {}
+
+
+def cases_of(kind: str) -> tuple[str, ...]:
+    """The cases that a kind of machine has."""
+    found: tuple[str, ...] = _module(kind).CASES
+    return found
 
 
 def _module(kind: str) -> Any:

@@ -17,7 +17,7 @@ import yaml
 
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.drive import DriveModel
-from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation
+from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation, played
 from vision_s2r.gapbench.generate.excitation import draw as draw_excitation
 from vision_s2r.gapbench.generate.library import ACTUATOR, DYNAMICS, LIBRARY, TORQUES, Family, Scale, compatible
 from vision_s2r.gapbench.generate.truth import (
@@ -33,11 +33,13 @@ from vision_s2r.gapbench.generate.unknown import UNKNOWN
 
 CASES = (
     *("null", "dynamics", "single", "pair", "triple", "unknown", "known_unknown"),
-    *("weak", "all_nominal", "left_out"),
+    *("weak", "all_nominal", "left_out", "confusable"),
 )
 MILD, SEVERE = 3.0, 100.0  # in units of the velocity's noise
 WEAK = (0.02, 0.2)
 DISTINCT = 1.0
+HIDDEN, ALIKE = 0.2, 0.1  # of the noise: an effect, and what is left of it beside another, that nobody can tell
+REPEATED = 3  # times that one motion is recorded
 UNLIKE = 5.0  # how much one of a known and an unknown effect may outweigh the other
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
 MODELLED = tuple(DYNAMICS)
@@ -63,6 +65,8 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Gene
     def draw() -> GeneratedMachine:
         setting = _setting(rng)
         truth, answer = _DRAWN[case](setting, index, split, rng)
+        if case == "confusable":
+            setting = _hiding(setting, truth, answer, rng)
         return _recorded(setting, truth, answer, rng)
 
     return drawn(draw, f"machine of case '{case}' number {index}")
@@ -190,6 +194,24 @@ def _left_out(setting: JointSetting, index: int, split: str, rng: np.random.Gene
     return truth, replace(answer, effects={}, withhold=name, where=[])
 
 
+def _confusable(setting: JointSetting, index: int, split: str, rng: np.random.Generator) -> tuple[JointTruth, Answer]:
+    """An effect of the drive; which, is drawn: few are hidden by a motion that shows others."""
+    names = [name for name in ACTUATOR if name != "encoder_quantization"]
+    return _with_effects(setting, "confusable", (str(rng.choice(names)),), rng)
+
+
+def _hiding(setting: JointSetting, truth: JointTruth, answer: Answer, rng: np.random.Generator) -> JointSetting:
+    """Of the setting's episodes one, repeated, in which the effect hardly shows or another imitates it."""
+    nominal = JointTruth(setting.nominal)
+    own: Effects = {name: {} for name in answer.effects}
+    for k in rng.permutation(len(setting.excitations)):
+        one = replace(setting, excitations=[setting.excitations[k]])
+        hidden = one.severity(truth, nominal) < HIDDEN
+        if hidden or _best_imitation(one, truth, nominal, own, rng) < ALIKE:
+            return replace(one, excitations=one.excitations * REPEATED)
+    raise Redraw
+
+
 _DRAWN: dict[str, Callable[..., tuple[JointTruth, Answer]]] = {
     "null": _null,
     "dynamics": _dynamics,
@@ -201,6 +223,7 @@ _DRAWN: dict[str, Callable[..., tuple[JointTruth, Answer]]] = {
     "weak": _weak,
     "all_nominal": _all_nominal,
     "left_out": _left_out,
+    "confusable": _confusable,
 }
 
 
@@ -426,7 +449,7 @@ def _gap(
     before = distance(replay(setting.nominal, commands, first))
     floor = distance(shown)
     shrink = None
-    if answer.effects:
+    if answer.effects and answer.case != "confusable":  # there is no gap to shrink
         after = distance(replay(truth.drive if not answer.unknown else _known_part(setting, answer), commands, first))
         shrink = (before - after) / (before - floor)
     return before / floor, shrink
@@ -442,6 +465,28 @@ def _known_part(setting: JointSetting, answer: Answer) -> DriveModel:
     return setting.nominal._replace(**fields)
 
 
+def continued(folder: Path, out: Path, answer: dict[str, Any], commands: np.ndarray, rng: np.random.Generator) -> None:
+    """A recording of a machine once more, with episodes of these commands [E, T] (A) behind those that it has."""
+    head = yaml.safe_load((folder / "recording.yaml").read_text())
+    drive = DriveModel(**{**head["nominal"], **answer["notes"]["machine"]})
+    noise = [answer["notes"]["noise"][name] for name in ("position", "velocity")]
+    excitations = [Excitation("asked", played(command), 0.0) for command in commands]
+    motion, _ = record(JointTruth(drive), excitations)
+    measured = encoded(motion + rng.normal(size=motion.shape) * noise, drive.resolution)
+    lines = (folder / "joint.csv").read_text().splitlines()
+    last = int(lines[-1].partition(",")[0])
+    out.mkdir(parents=True)
+    (out / "recording.yaml").write_text((folder / "recording.yaml").read_text())
+    (out / "joint.csv").write_text("\n".join([*lines, *_rows(commands, measured, last + 1)]) + "\n")
+
+
+def random_commands(folder: Path, answer: dict[str, Any], count: int, rng: np.random.Generator) -> np.ndarray:
+    """Commands [count, T] (A) as a recording's are drawn, for the nominal joint."""
+    nominal = DriveModel(**yaml.safe_load((folder / "recording.yaml").read_text())["nominal"])
+    noise = tuple(answer["notes"]["noise"][name] for name in ("position", "velocity"))
+    return record(JointTruth(nominal), draw_excitation(nominal, noise, rng)[:count], COARSE)[1]
+
+
 def _write(folder: Path, nominal: DriveModel, commands: np.ndarray, measured: np.ndarray) -> None:
     believed = {name: float(getattr(nominal, name)) for name in MODELLED}
     head = {
@@ -451,10 +496,14 @@ def _write(folder: Path, nominal: DriveModel, commands: np.ndarray, measured: np
         "nominal": believed,
     }
     (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
-    rows = ["episode,t,current,position,velocity"]
-    for episode, (currents, motion) in enumerate(zip(commands, measured, strict=True)):
-        rows += [
-            f"{episode},{k * SAMPLE_TIME:.6g},{u:.9g},{q:.9g},{v:.9g}"
-            for k, (u, (q, v)) in enumerate(zip(currents, motion, strict=True))
-        ]
+    rows = ["episode,t,current,position,velocity", *_rows(commands, measured, 0)]
     (folder / "joint.csv").write_text("\n".join(rows) + "\n")
+
+
+def _rows(commands: np.ndarray, measured: np.ndarray, first: int) -> list[str]:
+    """Lines of joint.csv, episodes counted from `first`."""
+    return [
+        f"{episode},{k * SAMPLE_TIME:.6g},{u:.9g},{q:.9g},{v:.9g}"
+        for episode, (currents, motion) in enumerate(zip(commands, measured, strict=True), first)
+        for k, (u, (q, v)) in enumerate(zip(currents, motion, strict=True))
+    ]

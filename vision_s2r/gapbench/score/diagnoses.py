@@ -33,7 +33,7 @@ def run(cfg: GapbenchConfig) -> list[str]:
     gone = [name for name in names if not (out / "recordings" / name).is_dir()]
     if gone:
         raise UserError(f"{out / 'recordings' / gone[0]}: the recording is gone")
-    waiting = [name for name in names if not _finished(out / "reports" / name)]
+    waiting = [name for name in names if not finished(out / "reports" / name)]
     (out / "reports").mkdir(exist_ok=True)
     calls = ((cfg, out, name, committed["withheld"].get(name)) for name in waiting)
     done = in_pieces(_one, calls, cfg.jobs, cfg.backend, ordered=False, threads=True)
@@ -42,24 +42,29 @@ def run(cfg: GapbenchConfig) -> list[str]:
     return names
 
 
-def _finished(folder: Path) -> bool:
+def finished(folder: Path) -> bool:
     """Whether a diagnosis ended with a report; one that failed is tried again."""
     return (folder / "run.json").is_file() and read_json(folder / "run.json")["exit"] == 0
 
 
 def _one(cfg: GapbenchConfig, out: Path, name: str, withhold: str | None) -> None:
+    diagnose_apart(cfg, out / "recordings" / name, out / "reports" / name, withhold)
+
+
+def diagnose_apart(cfg: GapbenchConfig, recording: Path, reports: Path, withhold: str | None = None) -> None:
+    """Diagnose a recording in an otherwise empty folder; `reports` gets what was written, and run.json."""
     with tempfile.TemporaryDirectory() as empty:
         home = Path(empty)
-        shutil.copytree(out / "recordings" / name, home / "recording")
+        shutil.copytree(recording, home / "recording")
         told = _diagnosed(cfg, home, withhold)
         report = home / "report"
         report.mkdir(exist_ok=True)
         write_json(report / "run.json", told)
-        shutil.rmtree(out / "reports" / name, ignore_errors=True)
-        partial = out / "reports" / f"{name}.partial"
+        shutil.rmtree(reports, ignore_errors=True)
+        partial = reports.with_name(f"{reports.name}.partial")
         shutil.rmtree(partial, ignore_errors=True)
         shutil.copytree(report, partial)
-        partial.rename(out / "reports" / name)
+        partial.rename(reports)
 
 
 def _diagnosed(cfg: GapbenchConfig, home: Path, withhold: str | None) -> dict[str, Any]:

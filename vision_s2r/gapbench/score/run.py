@@ -8,8 +8,9 @@ from typing import Any
 
 from vision_s2r.errors import UserError
 from vision_s2r.files import write
-from vision_s2r.gapbench.config import GapbenchConfig
+from vision_s2r.gapbench.config import COUNTS, GapbenchConfig
 from vision_s2r.gapbench.files import commitment, read_json, write_json
+from vision_s2r.gapbench.generate.generate import cases_of
 from vision_s2r.gapbench.score import pictures
 from vision_s2r.gapbench.score.diagnoses import run
 from vision_s2r.gapbench.score.score import Score, score
@@ -24,8 +25,8 @@ def score_all(cfg: GapbenchConfig) -> Path:
     out = Path(cfg.out)
     names = run(cfg)
     committed = read_json(out / "commitments.json")
-    answers = _opened(out, committed["commitments"])
-    scores = [_scored(out, name, committed["kind"], answers[name]) for name in names]
+    answers = opened(out, committed["commitments"])
+    scores = [scored(out / "reports" / name, name, committed["kind"], answers[name]) for name in names]
     rows = totals(committed["kind"], scores)
     about = {key: value for key, value in committed.items() if key not in ("commitments", "withheld")}
     results = {
@@ -37,21 +38,23 @@ def score_all(cfg: GapbenchConfig) -> Path:
     title = f"gapbench, {committed['kind']}, {committed['set']} set, seed {committed['seed']}: {len(scores)} recordings"
     text = f"{title}\n\n{markdown(rows)}{_mistakes(scores)}"
     write(out / "table.md", text)
-    write_json(out / "table.json", {"command": _command(committed, cfg.limit), **published(rows)})
+    write_json(out / "table.json", {"command": command(committed, cfg.limit), **published(rows)})
     pictures.save(pictures.confusion(scores), out / "confusion.png")
     pictures.save(pictures.estimates(scores), out / "estimates.png")
     print(text, file=sys.stderr)
     return out
 
 
-def _command(committed: dict[str, Any], limit: int) -> str:
-    counts = " ".join(f"counts.{case}={count}" for case, count in committed["counts"].items())
+def command(committed: dict[str, Any], limit: int) -> str:
+    """The command line that draws and scores this benchmark."""
+    drawn = {case: committed["counts"].get(case, 0) for case in cases_of(committed["kind"])}
+    counts = " ".join(f"counts.{case}={count}" for case, count in drawn.items() if count != COUNTS[case])
     asked = ("kind", "set", "seed", "arms", "rate")
     about = " ".join(f"{key}={committed[key]}" for key in asked if key in committed)
     return f"vision-s2r gapbench {about} {counts}" + (f" limit={limit}" if limit else "")
 
 
-def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
+def opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
     """The withheld answers. Raises UserError unless each is what was committed to."""
     answers = read_json(out / "answers.json")
     for name, promised in commitments.items():
@@ -61,8 +64,8 @@ def _opened(out: Path, commitments: dict[str, str]) -> dict[str, Any]:
     return {name: entry["answer"] for name, entry in answers.items()}
 
 
-def _scored(out: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:
-    folder = out / "reports" / name
+def scored(folder: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:
+    """The score of the report in a folder."""
     ran = read_json(folder / "run.json")
     report = read_json(folder / "report.json") if ran["exit"] == 0 else None
     return score(name, kind, answer, report, ran["seconds"])
