@@ -193,3 +193,20 @@ def test_the_configuration_composes_and_refuses() -> None:
         bench(GapbenchConfig(kind="joints", counts={"null": 1}))
     with pytest.raises(UserError, match="no case 'singel'"):
         bench(GapbenchConfig(counts={"singel": 1}))
+
+
+def test_what_a_diagnosis_asks_for_is_recorded_beside_random_commands(scored_by) -> None:
+    scored_by("asks")
+    command = [sys.executable, str(FAKE)]
+    bench(GapbenchConfig(stage="follow", counts=COUNTS, out=str(scored_by.out), diagnose=command, jobs=2))
+    table = json.loads((scored_by.out / "follow.json").read_text())
+    assert "stage=follow" in table["command"]
+    asking, asked, random = (row[1] for row in table["rows"][2:])
+    assert asking == 3  # two singles and a pair: a null has no name, nor has what nobody taught the diagnosis
+    assert (asked["value"], asked["of"]) == (100, 3) and random["value"] == 0
+    lengths = {}
+    for way in ("asked", "random"):
+        (folder, *_) = sorted((scored_by.out / "next").glob(f"*-{way}"))
+        lines = (folder / "recording" / "joint.csv").read_text().splitlines()
+        lengths[way] = [sum(line.startswith(f"{k},") for line in lines) for k in range(6)]
+    assert lengths["asked"] == lengths["random"] == [800] * 5 + [50]
