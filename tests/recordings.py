@@ -112,7 +112,7 @@ DRIVE = {
 }
 
 
-def an_arm(effects=None, payload=None, seconds=4.0, episodes=2, noise=2e-4, seed=0) -> ArmRecording:
+def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0) -> ArmRecording:
     """Two links under position servos, by the nominal simulator with effects by joint; logged at 100 Hz."""
     from vision_s2r.arm.bodies import Bodies
     from vision_s2r.arm.model import ArmModel
@@ -120,7 +120,7 @@ def an_arm(effects=None, payload=None, seconds=4.0, episodes=2, noise=2e-4, seed
 
     rng = np.random.default_rng(seed)
     names = ("shoulder", "elbow")
-    bodies = Bodies(ArmModel(TWO_LINKS), names, {}, "tool", payload)
+    bodies = Bodies(ArmModel(TWO_LINKS), names, {}, "tool", whole)
     machines = np.array([joint_row((effects or {}).get(name, {})) for name in names])
     t = np.arange(round(seconds * 100)) * 0.01
     command = np.empty((episodes, 2, len(t)))

@@ -25,8 +25,8 @@ FIRST = np.stack([COMMAND[:, 0], np.zeros(2)], axis=1)
 NAMES = ("shoulder", "elbow")
 
 
-def the_bodies(payload=None):
-    return Bodies(ArmModel(TWO_LINKS), NAMES, {"turn": 0.3}, "tool", payload)
+def the_bodies(whole=None):
+    return Bodies(ArmModel(TWO_LINKS), NAMES, {"turn": 0.3}, "tool", whole)
 
 
 def test_a_free_run_is_that_of_mujoco():
@@ -70,10 +70,18 @@ def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
 
 def test_a_payload_weighs_on_every_joint_before_it():
     mass, empty = the_bodies().terms(np.zeros(2), np.zeros(2))
-    heavy, bias = the_bodies({"mass": 0.2, "x": 0.05, "y": 0.0, "z": 0.0}).terms(np.zeros(2), np.zeros(2))
+    heavy, bias = the_bodies({"payload": {"mass": 0.2, "x": 0.05, "y": 0.0, "z": 0.0}}).terms(np.zeros(2), np.zeros(2))
     reach = np.array([0.25 + 0.2 + 0.05, 0.2 + 0.05])  # the wrist is turned about its own axis only
     np.testing.assert_allclose(bias - empty, -0.2 * 9.81 * reach, rtol=1e-6)
     np.testing.assert_allclose(heavy - mass, 0.2 * np.outer(reach, reach), rtol=1e-5)
+
+
+def test_an_arm_on_a_tilted_base_weighs_what_it_does_when_turned():
+    tilted, level = the_bodies({"base_tilt": {"roll": 0.0, "pitch": 0.1}}), the_bodies()
+    pose, turned, still = np.array([0.2, 0.7]), np.array([0.3, 0.7]), np.zeros(2)
+    np.testing.assert_allclose(tilted.terms(pose, still)[1], level.terms(turned, still)[1], rtol=1e-9)
+    weight = the_bodies({"base_tilt": {"roll": 0.2, "pitch": 0.0}}).terms(pose, still)[1]
+    np.testing.assert_allclose(weight, np.cos(0.2) * level.terms(pose, still)[1], rtol=1e-9)
 
 
 def test_an_inertia_that_changes_is_integrated():

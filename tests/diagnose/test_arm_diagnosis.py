@@ -1,6 +1,7 @@
 """Arms: which joint has what, the payload of all, and reports that replay."""
 
 import json
+import math
 
 import mujoco
 import pytest
@@ -46,13 +47,29 @@ def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(t
 
 def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path):
     payload = {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}
-    report = diagnose_arm(an_arm(payload=payload), QUICK).to_dict()
+    report = diagnose_arm(an_arm(whole={"payload": payload}), QUICK).to_dict()
     (effect,) = report["effects"]
     assert effect["name"] == "payload" and "joint" not in effect and report["verdict"] == "explained"
-    assert effect["parameters"]["mass"]["value"] == pytest.approx(0.15, rel=0.05)
+    assert effect["parameters"]["mass"]["value"] == pytest.approx(0.15, rel=0.003)
+    low, high = effect["parameters"]["y"]["ci"]  # along the axes of both joints: nothing shows it
+    assert low < -1 and high > 1
     nothing = diagnose_arm(an_arm(), QUICK).to_dict()
     assert nothing["verdict"] == "no_gap" and not nothing["effects"]
     assert json.dumps(nothing, allow_nan=False)
+
+
+def test_a_tilted_base_is_found_over_all_joints_and_is_gravity_in_the_patch(tmp_path):
+    done = diagnose_arm(an_arm(whole={"base_tilt": {"roll": 0.0, "pitch": 0.06}}), QUICK)
+    report = done.to_dict()
+    (effect,) = report["effects"]
+    assert effect["name"] == "base_tilt" and "joint" not in effect and report["verdict"] == "explained"
+    assert effect["parameters"]["pitch"]["value"] == pytest.approx(0.06, rel=0.03)
+    done.save(tmp_path / "report")
+    gravity = mujoco.MjModel.from_xml_path(str(tmp_path / "report" / "patch" / "patched.xml")).opt.gravity
+    # Two joints about y hardly feel what is sideways.
+    assert gravity[[0, 2]] == pytest.approx([9.81 * math.sin(0.06), -9.81 * math.cos(0.06)], rel=0.02)
+    low, high = effect["parameters"]["roll"]["ci"]
+    assert high - low > 0.01
 
 
 def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():

@@ -5,9 +5,8 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 
-from vision_s2r.arm.model import PAYLOAD, WEIGHTLESS, ArmModel
-
-Payload = Mapping[str, float]  # mass (kg), x, y, z (m) in the frame of the last body
+from vision_s2r.arm.effect import BASE_TILT, PAYLOAD, tilted
+from vision_s2r.arm.model import CARRIED, WEIGHTLESS, ArmModel
 
 
 class Bodies:
@@ -19,13 +18,14 @@ class Bodies:
         joints: Sequence[str],
         hold: Mapping[str, float],
         tip: str | None = None,
-        payload: Payload | None = None,
+        whole: Mapping[str, Mapping[str, float]] | None = None,
     ) -> None:
+        """`whole`: effects of the whole arm, by name."""
         spec = model.spec.copy()
         last = spec.body(model.body_of(tip, list(joints)))
-        given = payload or {"mass": WEIGHTLESS, "x": 0.0, "y": 0.0, "z": 0.0}
+        given = (whole or {}).get(PAYLOAD) or {"mass": WEIGHTLESS, "x": 0.0, "y": 0.0, "z": 0.0}
         last.add_body(
-            name=PAYLOAD,
+            name=CARRIED,
             pos=[given["x"], given["y"], given["z"]],
             mass=max(given["mass"], WEIGHTLESS),
             inertia=[WEIGHTLESS * 1e-3] * 3,
@@ -34,6 +34,8 @@ class Bodies:
         )
         self._model = spec.compile()
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+        if BASE_TILT in (whole or {}):
+            self._model.opt.gravity = tilted(self._model.opt.gravity, **(whole or {})[BASE_TILT])
         self._data = mujoco.MjData(self._model)
         for name, value in hold.items():
             self._data.qpos[self._model.joint(name).qposadr[0]] = value

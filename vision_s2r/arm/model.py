@@ -10,7 +10,7 @@ import mujoco
 
 from vision_s2r.errors import UserError, nearest
 
-PAYLOAD = "vision_s2r_payload"  # the body that the payload is
+CARRIED = "vision_s2r_payload"  # the body that the payload is
 WEIGHTLESS = 1e-9  # kg, of a payload that is none
 TURNING = {int(mujoco.mjtJoint.mjJNT_HINGE): "rotary", int(mujoco.mjtJoint.mjJNT_SLIDE): "linear"}
 LARGEST = 1 << 24  # bytes

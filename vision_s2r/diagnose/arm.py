@@ -1,7 +1,7 @@
 """An arm, diagnosed joint by joint, with what is common to all joints; and how far its whole free run is off.
 
-Each joint is searched as any joint is, under the load of the others. A payload is tried over all of them at once, and
-kept where it leaves fewer joints unexplained, or needs fewer names, than the joints alone.
+Each joint is searched as any joint is, under the load of the others. A payload and a tilted base are tried over all of
+them at once, and one is kept where it leaves fewer joints unexplained, or needs fewer names, than the joints alone.
 """
 
 from collections.abc import Mapping
@@ -9,15 +9,18 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
+from vision_s2r.arm.effect import ARM_EFFECTS
+from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_report import SettledArm, commands, held_out, report
 from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose, open_case
 from vision_s2r.errors import UserError, nearest
+from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns, gap_errors
-from vision_s2r.fit.arm.payload import FoundPayload, PayloadFit
+from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
+from vision_s2r.fit.arm.whole import FoundWhole, WholeFit, WholeForm, sharpened
 from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
@@ -29,9 +32,9 @@ from vision_s2r.report.arm import figures
 from vision_s2r.report.drawing import Figures
 
 NOT_OF_ARMS = ("gravity_torque", "position_offset")  # the bodies' weight is the model's
-REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before a payload is tried
+REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before effects of the whole arm are tried
 LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this part of its mean squared error
-MUCH = 0.3  # of what is over the noise, that a payload explains where it is one
+MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,29 +73,36 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
 
 
 def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
-    """The joints with the payload that they need, if any."""
-    recording = runs.recording
+    """The joints with the effect of the whole arm that they need, if any; the one that explains most is tried first."""
+    recording, moved = runs.recording, motions(runs, {})
     servos = all(joint.servo for joint in recording.joints.values())
-    fit = PayloadFit(recording, motions(runs, {}))
-    off = int((fit.before > REMARKABLE).sum())
-    if PAYLOAD in cfg.withhold or not off or not servos:
-        return _under(None, runs, cfg, jobs)
-    payload = fit.fit()
-    if payload.share < MUCH:
-        return _under(None, runs, cfg, jobs)
-    closer = PayloadFit(recording, motions(runs, {PAYLOAD: payload.values}))  # the motion of an arm that has it
-    loaded = _under(closer.fit(), runs, cfg, jobs)
-    if loaded.cost == (0, 1) and off > 1:
-        return loaded
-    return min(loaded, _under(None, runs, cfg, jobs), key=lambda settled: settled.cost)
+    fits = {form: WholeFit(recording, moved, form) for form in _forms(recording, cfg) if servos}
+    off = max((int((fit.before > REMARKABLE).sum()) for fit in fits.values()), default=0)
+    found = [(form, fit.fit()) for form, fit in fits.items() if off]
+    likely = sorted(((form, each) for form, each in found if each.share >= MUCH), key=lambda pair: -pair[1].share)
+    tried = []
+    for form, each in likely:
+        nearer = WholeFit(recording, motions(runs, each.values), form).fit()  # by the motion of such an arm
+        tried.append(_under(sharpened(runs, form, nearer), runs, cfg, jobs))
+        if tried[-1].cost == (0, 1) and off > 1:
+            return tried[-1]
+    return min([*tried, _under(None, runs, cfg, jobs)], key=lambda settled: settled.cost)
 
 
-def _under(payload: FoundPayload | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
+def _forms(recording: ArmRecording, cfg: DiagnoseConfig) -> list[WholeForm]:
+    gravity = np.array(opened(recording.model).spec.option.gravity)
+    forms: list[WholeForm] = [PayloadForm()]
+    if gravity.any():
+        forms.append(BaseTiltForm(gravity))
+    return [form for form in forms if form.name not in cfg.withhold]
+
+
+def _under(whole: FoundWhole | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
     """The joints, the worst first: what it has is in the motion that loads the others."""
     recording = runs.recording
     withheld = {*NOT_OF_ARMS, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
     own = replace(cfg, withhold=sorted(withheld))
-    weight: Values = {} if payload is None else {PAYLOAD: payload.values}
+    weight: Values = {} if whole is None else whole.values
     near, made = dict(weight), problems(recording, motions(runs, weight), weight)
     parts: dict[str, Diagnosis] = {}
     for _ in recording.joints:
@@ -106,7 +116,7 @@ def _under(payload: FoundPayload | None, runs: FreeRuns, cfg: DiagnoseConfig, jo
         near = min(likely, told, key=lambda each: _off(runs, name, each))
         if near != likely:
             made = problems(recording, motions(runs, near), weight)
-    return SettledArm(payload, made, {name: parts[name] for name in recording.joints})
+    return SettledArm(whole, made, {name: parts[name] for name in recording.joints})
 
 
 def _likely(

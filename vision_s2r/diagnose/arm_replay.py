@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.arm.effect import PAYLOAD
 from vision_s2r.diagnose.tip import tip_gap
-from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
+from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors, of_whole
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording
 
@@ -40,7 +39,6 @@ def replay_arm(
             return float(np.sqrt(np.nanmean(squared)))
         return float(np.sqrt(by_stretch(recording, squared, held_out).mean(axis=1).mean()))
 
-    payload = {PAYLOAD: effects[PAYLOAD]} if PAYLOAD in effects else {}
     joints = {
         name: {
             "unit": "rad" if joint.units == "rotary" else "m",
@@ -48,7 +46,7 @@ def replay_arm(
         }
         for j, (name, joint) in enumerate(recording.joints.items())
     }
-    tip = tip_gap(recording, payload, before, after)
+    tip = tip_gap(recording, of_whole(effects), before, after)
     found = {
         "described": "free run of the whole arm from each episode's first row"
         + (", each stretch with parameters that have not seen it" if same else ""),

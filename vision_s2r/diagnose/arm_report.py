@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
+from vision_s2r.arm.effect import ARM_EFFECTS, WHOLE
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis
 from vision_s2r.diagnose.report import ALTERNATIVES
 from vision_s2r.diagnose.simulator import is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
-from vision_s2r.fit.arm.payload import FoundPayload
 from vision_s2r.fit.arm.problems import Problems
+from vision_s2r.fit.arm.whole import FoundWhole
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.recording import ArmRecording, JointRecording
@@ -28,9 +28,9 @@ WORDS = (
 
 @dataclass(frozen=True)
 class SettledArm:
-    """The joints of an arm, diagnosed under the loads of one payload, or of none."""
+    """The joints of an arm, diagnosed beside one effect of the whole arm, or none."""
 
-    payload: FoundPayload | None
+    whole: FoundWhole | None
     problems: Problems
     parts: dict[str, Diagnosis]
     idle: frozenset[str] = frozenset()  # effects of joints that the free run of the whole arm does not bear out
@@ -39,7 +39,7 @@ class SettledArm:
     def cost(self) -> tuple[int, int]:
         """Joints that are not explained, and names that it takes."""
         unsettled = sum(part.verdict not in ("no_gap", "explained") for part in self.parts.values())
-        return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.payload is not None)
+        return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.whole is not None)
 
     @property
     def named(self) -> list[str]:
@@ -47,13 +47,18 @@ class SettledArm:
         return [label(effect.name, name) for name, part in self.parts.items() for effect in part.effects]
 
     @property
-    def found(self) -> dict[str, dict[str, float]]:
+    def of_whole(self) -> Values:
+        """The effect of the whole arm, if any."""
+        return {} if self.whole is None else self.whole.values
+
+    @property
+    def found(self) -> dict[str, Mapping[str, float]]:
         """The effects and refitted values of the whole arm."""
         return self.of_arm({name: part.settled.simulator.hypothesis.values for name, part in self.parts.items()})
 
-    def of_arm(self, parts: Mapping[str, Values]) -> dict[str, dict[str, float]]:
-        """Effects of each joint as those of the arm, with the payload."""
-        found = {} if self.payload is None else {PAYLOAD: self.payload.values}
+    def of_arm(self, parts: Mapping[str, Values]) -> dict[str, Mapping[str, float]]:
+        """Effects of each joint as those of the arm, with that of the whole."""
+        found = dict(self.of_whole)
         own = {key: given for name in parts for key, given in self.problems.of_arm(name, parts[name]).items()}
         return found | {key: given for key, given in own.items() if key not in self.idle}
 
@@ -84,7 +89,7 @@ class _Errors:
     """Mean squared errors [S, J] of the whole arm's free run, by segments and joints, and what noise makes of them."""
 
     before: np.ndarray
-    loaded: np.ndarray  # with the payload alone
+    loaded: np.ndarray  # with the effect of the whole arm alone
     after: np.ndarray
     floor: np.ndarray
     tip: dict[str, Any] | None
@@ -103,7 +108,7 @@ class _Errors:
         return float(self.after[:, joint].mean() / self.floor[:, joint].mean() - 1)
 
     def weight(self, joint: int) -> float:
-        """The part of the arm's gap that is this joint's, beside the payload's."""
+        """The part of the arm's gap that is this joint's, beside that of the whole."""
         over = np.maximum((self.loaded - self.floor).mean(axis=0), 0.0)
         return float(over[joint] / max((self.before - self.floor).mean(axis=0).clip(0).sum(), over.sum(), 1e-300))
 
@@ -115,10 +120,10 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     parts = {name: part.to_dict() for name, part in settled.parts.items()}
     told = _told(settled, parts, errors, cfg)
     gap = errors.gap(slice(None))
-    if settled.payload is not None:
+    if settled.whole is not None:
         share = gap.share(np.asarray((errors.before - errors.loaded).mean(axis=1)))
-        told.effects.append(_payload(settled.payload, share))
-    told.candidates.append(_payload_line(settled))
+        told.effects.append(_of_whole(settled.whole, share))
+    told.candidates.extend(_whole_line(settled, effect.name) for effect in WHOLE)
     rest = gap.share(gap.after - gap.floor)
     weights = {name: errors.weight(j) for j, name in enumerate(parts)}
     return {
@@ -207,15 +212,14 @@ def _line(candidate: Mapping[str, Any], joint: str, slight: Collection[str]) -> 
 
 def _errors(runs: FreeRuns, settled: SettledArm, held_out: Mapping[str, Any], seed: int) -> _Errors:
     recording, before = runs.recording, runs.states({})
-    loaded = before if settled.payload is None else runs.states({PAYLOAD: settled.payload.values})
+    loaded = runs.states(settled.of_whole)
     after = runs.held_out(held_out)
     noise = [part.case.floor([0])[0] for part in settled.parts.values()]
     one, two, three = (
         by_stretch(recording, gap_errors(recording, states), held_out) for states in (before, loaded, after)
     )
     floor = np.tile(noise, (len(one), 1))
-    payload = {} if settled.payload is None else {PAYLOAD: settled.payload.values}
-    tip = tip_gap(recording, payload, before, after)
+    tip = tip_gap(recording, settled.of_whole, before, after)
     if tip is not None:
         tip["shares"] = tip_shares(recording, settled.found, seed)
     return _Errors(one, two, three, floor, tip, seed)
@@ -238,26 +242,26 @@ def _weighed(effect: Mapping[str, Any], weight: float) -> Share:
     return Share(weight * effect["share"], (weight * low, weight * high))
 
 
-def _payload(payload: FoundPayload, share: Share) -> dict[str, Any]:
-    units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[PAYLOAD].parameters}
+def _of_whole(found: FoundWhole, share: Share) -> dict[str, Any]:
+    units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[found.name].parameters}
     return {
-        "name": PAYLOAD,
+        "name": found.name,
         "source": "dynamics",
         "share": share.value,
         "ci": list(share.ci),
-        "evidence": payload.evidence,
+        "evidence": found.evidence,
         "parameters": {
-            name: {"value": value, "unit": units[name], "ci": list(payload.ci[name])}
-            for name, value in payload.values.items()
+            name: {"value": value, "unit": units[name], "ci": list(found.ci[name])}
+            for name, value in found.parameters.items()
         },
     }
 
 
-def _payload_line(settled: SettledArm) -> dict[str, Any]:
-    found = settled.payload
+def _whole_line(settled: SettledArm, name: str) -> dict[str, Any]:
+    found = settled.whole if settled.whole and settled.whole.name == name else None
     status = "absent" if found is None else "present"
     evidence = 0.0 if found is None else found.evidence
-    return {"name": PAYLOAD, "status": status, "evidence": evidence, "confusable_with": []}
+    return {"name": name, "status": status, "evidence": evidence, "confusable_with": []}
 
 
 def _of_run(verdict: str, named: bool, idle_names: bool, adequate: bool) -> str:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.arm.effect import PAYLOAD
-from vision_s2r.fit.arm.free_run import free_run, tip_errors
+from vision_s2r.fit.arm.free_run import free_run, of_whole, tip_errors
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gap import Gap
 from vision_s2r.recording import ArmRecording
@@ -19,12 +18,12 @@ PLAYERS, OTHERS = 4, "others"  # that shares are told apart of, and the rest of 
 STRETCHES = 20  # into which its rows are cut, for intervals
 
 
-def tip_gap(recording: ArmRecording, payload: Values, before: np.ndarray, after: np.ndarray) -> dict[str, Any] | None:
+def tip_gap(recording: ArmRecording, whole: Values, before: np.ndarray, after: np.ndarray) -> dict[str, Any] | None:
     """How far the tip is off (mm, root mean square), before and after; None where the tip is not known.
 
     Of free runs [E, T, J, 2] of the simulator as it came and of the one that was found.
     """
-    far = [tip_errors(recording, payload, states) for states in (before, after)]
+    far = [tip_errors(recording, whole, states) for states in (before, after)]
     if far[0] is None or far[1] is None:
         return None
     one, two = (float(1e3 * np.sqrt(np.nanmean(each**2))) for each in far if each is not None)
@@ -32,12 +31,12 @@ def tip_gap(recording: ArmRecording, payload: Values, before: np.ndarray, after:
 
 
 def tip_shares(recording: ArmRecording, effects: Values, seed: int) -> list[dict[str, Any]]:
-    """What each joint's effects, and the payload, close of the tip's squared gap, the largest share first.
+    """What each joint's effects, and those of the whole arm, close of the tip's squared gap, the largest share first.
 
     Shapley's values over free runs of the first rows with any of them; those of little effect count as one.
     """
     some = _shortened(recording)
-    payload = {PAYLOAD: effects[PAYLOAD]} if PAYLOAD in effects else {}
+    whole = of_whole(effects)
     of: dict[str, dict[str, Mapping[str, float]]] = {}
     for name, values in effects.items():
         of.setdefault(name.rpartition(".")[0] or name, {})[name] = values
@@ -45,7 +44,7 @@ def tip_shares(recording: ArmRecording, effects: Values, seed: int) -> list[dict
     @cache
     def error(on: frozenset[str]) -> np.ndarray:
         with_these = {name: values for each in on for name, values in of[each].items()}
-        far = tip_errors(some, payload, free_run(some, with_these))
+        far = tip_errors(some, whole, free_run(some, with_these))
         assert far is not None
         squares = far[np.isfinite(far)] ** 2
         return np.array([part.mean() for part in np.array_split(squares, STRETCHES)])

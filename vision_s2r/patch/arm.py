@@ -2,8 +2,8 @@
 
 import mujoco
 
-from vision_s2r.arm.effect import ARM_EFFECTS, PAYLOAD
-from vision_s2r.arm.model import ArmModel
+from vision_s2r.arm.effect import ARM_EFFECTS, BASE_TILT, PAYLOAD, tilted
+from vision_s2r.arm.model import CARRIED, ArmModel
 from vision_s2r.effects import summary
 from vision_s2r.fit.arm.free_run import effects_of
 from vision_s2r.fit.case import Values
@@ -35,13 +35,15 @@ def mjcf(named: Diagnosed, recording: ArmRecording) -> str:
     if PAYLOAD in found:
         given = found[PAYLOAD]
         spec.body(model.body_of(recording.tip, list(recording.joints))).add_body(
-            name=PAYLOAD,
+            name=CARRIED,
             pos=[given["x"], given["y"], given["z"]],
             mass=given["mass"],
             ipos=[0.0, 0.0, 0.0],
             inertia=[1e-9] * 3,
             explicitinertial=True,
         )
+    if BASE_TILT in found:
+        spec.option.gravity = tilted(spec.option.gravity, **found[BASE_TILT])
     if spec.meshes:
         spec.meshdir = str((recording.model.parent / spec.meshdir).resolve())
     spec.compile()

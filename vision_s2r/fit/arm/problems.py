@@ -95,14 +95,14 @@ def _spread(half: int, sample_time: float) -> float:
     return float(np.linalg.norm(slopes(slopes(impulse, t, half), t, half)))
 
 
-def problems(recording: ArmRecording, moved: list[Motion], payload: Values) -> Problems:
-    """The joints of a recording, under the loads that this motion puts on them, with the payload if there is one."""
-    return with_loads(recording, moved, loads(recording, moved, payload))
+def problems(recording: ArmRecording, moved: list[Motion], whole: Values) -> Problems:
+    """The joints of a recording, under the loads that this motion puts on them, with effects of the whole arm."""
+    return with_loads(recording, moved, loads(recording, moved, whole))
 
 
-def loads(recording: ArmRecording, moved: list[Motion], payload: Values) -> list[np.ndarray]:
+def loads(recording: ArmRecording, moved: list[Motion], whole: Values) -> list[np.ndarray]:
     """Torque and inertia [2, N, J] at the rows of each episode."""
-    bodies = bodies_of(recording, payload)
+    bodies = bodies_of(recording, whole)
     return [np.array(bodies.loads(each.position, each.velocity, each.acceleration)) for each in moved]
 
 

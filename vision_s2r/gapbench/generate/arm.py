@@ -10,7 +10,7 @@ import yaml
 
 from vision_s2r.gapbench.generate import arm_bodies
 from vision_s2r.gapbench.generate.arm_bodies import ArmBodies
-from vision_s2r.gapbench.generate.arm_bullet import Real, Servo, loads, run
+from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads, run
 from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine
 
@@ -18,7 +18,7 @@ CASES = ("null", "single", "pair", "unknown")
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 SECOND = ("latency", "proportional_gain", "torque_saturation", "viscous_damping", "deadband", "coulomb_friction")
-FIRST = (*SECOND, "payload", "velocity_limit")
+FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt")
 
 
 @dataclass(frozen=True)
@@ -63,14 +63,31 @@ def _with_effects(
         names = pairs[(7 * index) % len(pairs)]
     for name, j in zip(names, joints, strict=False):
         if name == "payload":
-            place = [float(rng.uniform(*ends)) for ends in bodies.reach]
-            payload = _payload(bodies, place, float(rng.uniform(0.05, 0.17)))
+            payload = drawn_payload(bodies, rng)
             real, effects[name] = Real(bodies, payload), dict(zip(("mass", "x", "y", "z"), payload, strict=True))
+        elif name == "base_tilt":
+            real, effects[name] = _tilted(bodies, rng)
         else:
             truth[j], parameters = with_effect(name, truth[j], rng)
             effects[f"{bodies.joints[j]}.{name}"] = parameters
     notes = {"arm": bodies.name, "joints": len(servos)}
     return real, truth, Answer(case, effects, unknown=unknown, notes=notes)
+
+
+def _tilted(bodies: ArmBodies, rng: np.random.Generator) -> tuple[Real, dict[str, float]]:
+    """An arm whose base is not level by 2 to 8 degrees, about an axis between x and y."""
+    size, way = rng.uniform(0.035, 0.14), rng.uniform(0, 2 * np.pi)
+    roll, pitch = float(size * np.cos(way)), float(size * np.sin(way))
+    gravity = (
+        GRAVITY * np.sin(pitch), -GRAVITY * np.cos(pitch) * np.sin(roll), -GRAVITY * np.cos(pitch) * np.cos(roll)
+    )  # fmt: skip
+    return Real(bodies, gravity=gravity), {"roll": roll, "pitch": pitch}
+
+
+def drawn_payload(bodies: ArmBodies, rng: np.random.Generator) -> tuple[float, ...]:
+    """Something to carry: its mass (kg), and where it is on the tip (m)."""
+    place = [float(rng.uniform(*ends)) for ends in bodies.reach]
+    return _payload(bodies, place, float(rng.uniform(0.05, 0.17)))
 
 
 def _payload(bodies: ArmBodies, place: list[float], share: float) -> tuple[float, ...]:

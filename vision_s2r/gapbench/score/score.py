@@ -7,7 +7,7 @@ from typing import Any
 
 DYNAMICS = {
     *("viscous_damping", "coulomb_friction", "inertia", "gravity_torque", "bias_torque", "torque_constant"),
-    *("proportional_gain", "derivative_gain", "position_offset", "back_emf", "payload"),
+    *("proportional_gain", "derivative_gain", "position_offset", "back_emf", "payload", "base_tilt"),
 }
 APPEARANCE = {"albedo", "texture", "light_direction", "ambient", "missing_object"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
