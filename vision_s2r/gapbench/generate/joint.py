@@ -38,7 +38,7 @@ CASES = (
 MILD, SEVERE = 3.0, 100.0  # in units of the velocity's noise
 WEAK = (0.02, 0.2)
 DISTINCT = 1.0
-HIDDEN, ALIKE = 0.2, 0.1  # of the noise: an effect, and what is left of it beside another, that nobody can tell
+HIDDEN, ALIKE = 0.2, 0.12  # of the noise: an effect, and what is left of it beside another, that nobody can tell
 REPEATED = 3  # times that one motion is recorded
 UNLIKE = 5.0  # how much one of a known and an unknown effect may outweigh the other
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
@@ -195,8 +195,13 @@ def _left_out(setting: JointSetting, index: int, split: str, rng: np.random.Gene
 
 
 def _confusable(setting: JointSetting, index: int, split: str, rng: np.random.Generator) -> tuple[JointTruth, Answer]:
-    """An effect of the drive; which, is drawn: few are hidden by a motion that shows others."""
-    names = [name for name in ACTUATOR if name != "encoder_quantization"]
+    """An effect of the drive; which, is drawn: few are hidden by a motion that shows others.
+
+    Not an encoder, nor limits that only commands beyond the recording's reach.
+    """
+    names = [
+        name for name in ACTUATOR if name not in ("encoder_quantization", "torque_saturation", "torque_speed_limit")
+    ]
     return _with_effects(setting, "confusable", (str(rng.choice(names)),), rng)
 
 
