@@ -1,7 +1,8 @@
 """The columns of the table: which pictures of a scene a policy is given."""
 
 import zlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from torch import Tensor
@@ -10,7 +11,10 @@ from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraConfig, load_config
 from vision_s2r.camera.presets import preset
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.render import Views
+from vision_s2r.render.again import rendered
 from vision_s2r.render.seen import through
+from vision_s2r.scene import real
+from vision_s2r.scene.changes import changed, known
 from vision_s2r.training.data import generator
 
 # As in the presets: an effect alone means the same at every size of picture.
@@ -19,19 +23,20 @@ REFERENCE_SIZE = 128
 
 @dataclass(frozen=True)
 class Column:
-    """One kind of picture: a rendered appearance, through a camera or a perfect one (None)."""
+    """One kind of picture: a rendered appearance, through a camera or a perfect one (None); the real one may change."""
 
     name: str
     appearance: str  # canonical | randomized | real
     camera: CameraConfig | None = None
+    changes: Mapping[str, float] = field(default_factory=dict)  # of the real look, by name: how far
 
 
 def columns(cfg: EvaluateConfig) -> list[Column]:
-    """The appearances, then the real one through each camera, then through each effect alone.
+    """The appearances, then the real one through each camera, then through each effect alone, then with each change.
 
     A camera is a name in configs/camera, or a YAML file of the same form, whose stem names the column.
 
-    Raises UserError, with the nearest name, for a camera or an effect that there is none of.
+    Raises UserError, with the nearest name, for a camera, an effect or a change that there is none of.
     """
     found = [Column(name, name) for name in cfg.appearances]
     for name in cfg.cameras:
@@ -42,6 +47,9 @@ def columns(cfg: EvaluateConfig) -> list[Column]:
     for name in cfg.effects:
         alone = {name: CAMERA_EFFECTS[name].moderate()}
         found.append(Column(name, "real", CameraConfig(effects=alone, reference_size=REFERENCE_SIZE)))
+    for name, changes in cfg.changes.items():
+        known(changes)
+        found.append(Column(name, "real", changes=changes))
     return found
 
 
@@ -52,6 +60,8 @@ def pictures(column: Column, views: Views, seed: int) -> Tensor:
     """
     if column.appearance == "canonical":
         return views.all("canonical")
+    if column.changes:
+        return rendered(views, lambda scene, state: changed(real(scene, state), column.changes))
     source = views.all(column.appearance)
     if column.appearance == "randomized":
         source = source[:, 0]

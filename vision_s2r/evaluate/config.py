@@ -72,6 +72,11 @@ class EvaluateConfig:
         "A column for each of these camera effects alone, at its moderate setting, on the real appearance.",
         unique=True,
     )
+    changes: dict[str, dict[str, float]] = option(
+        {},
+        "A column, by its name, of the real appearance with its light or surfaces changed: low_light, dim_light, "
+        "hard_light, gloss, camouflage, each so far (1: moderately).",
+    )
     rows: dict[str, RowConfig] = option({}, "By name: policies, what they look at, and what translates it first.")
     differences: list[list[str]] = option([], "Differences of success, first row minus second, over the same scenes.")
     ratios: list[list[str]] = option([], "Ratios of success, first row over second.")
@@ -84,10 +89,16 @@ class EvaluateConfig:
     workers: int = option(-1, "Processes of the backend; -1: one a core.", low=-1)
 
 
-def through_cameras(cfg: EvaluateConfig, rows: dict[str, RowConfig], cameras: list[str], out: Path) -> EvaluateConfig:
-    """cfg for these rows and cameras alone, in the folder `out`, nothing compared."""
+def through_cameras(
+    cfg: EvaluateConfig,
+    rows: dict[str, RowConfig],
+    cameras: list[str],
+    out: Path,
+    changes: dict[str, dict[str, float]] | None = None,
+) -> EvaluateConfig:
+    """cfg for these rows, cameras and changes of the look alone, in the folder `out`, nothing compared."""
     nothing: dict[str, Any] = {key: [] for key in ("appearances", "effects", "differences", "ratios", "failures")}
-    return replace(cfg, rows=rows, cameras=cameras, out=str(out), **nothing)
+    return replace(cfg, rows=rows, cameras=cameras, changes=changes or {}, out=str(out), **nothing)
 
 
 def check(cfg: EvaluateConfig) -> None:

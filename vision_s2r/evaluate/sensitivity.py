@@ -1,7 +1,8 @@
 """How much of each camera effect a way from picture to grasp bears: success against the effect's strength, alone.
 
 Strength 1 is the effect's moderate setting, 0 no effect; between and beyond, parameters move on their own scale from
-the neutral value. In: the rows of an evaluation. Out: sensitivity.json, .csv and .png, and table.json for a page.
+the neutral value. Changes of the real look's light and surfaces (`scene/changes.py`) stand beside them. In: the rows of
+an evaluation. Out: sensitivity.json, .csv and .png, and table.json for a page.
 """
 
 import json
@@ -14,7 +15,6 @@ from matplotlib.figure import Figure
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.strength import at
-from vision_s2r.effects import Effect
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate.columns import REFERENCE_SIZE
 from vision_s2r.evaluate.config import EvaluateConfig, through_cameras
@@ -42,18 +42,19 @@ def sensitivity(cfg: SensitivityConfig, table: EvaluateConfig, scene: SceneConfi
     cameras = {NONE: write(out / "cameras" / f"{NONE}.yaml", yaml.safe_dump({"effects": {}}))}
     for effect in effects:
         for strength in cfg.strengths:
-            name = column(effect, strength)
+            name = column(effect.name, strength)
             camera = {"reference_size": REFERENCE_SIZE, "effects": {effect.name: at(effect, strength)}}
             cameras[name] = write(out / "cameras" / f"{name}.yaml", yaml.safe_dump(camera))
-    settings = through_cameras(table, rows, [str(path) for path in cameras.values()], out / "table")
+    changes = {column(name, strength): {name: strength} for name in cfg.changes for strength in cfg.strengths}
+    settings = through_cameras(table, rows, [str(path) for path in cameras.values()], out / "table", changes)
     found = evaluate(replace(settings, limit=cfg.limit), scene)
     points: list[dict[str, Any]] = []
     for row in found.rows:
-        for effect in effects:
+        for effect_name in [*(effect.name for effect in effects), *cfg.changes]:
             for strength in (0.0, *cfg.strengths):
-                name = column(effect, strength) if strength else NONE
+                name = column(effect_name, strength) if strength else NONE
                 attempts = found.outcomes(row, name).size
-                point = {"row": row, "effect": effect.name, "strength": strength, "attempts": attempts}
+                point = {"row": row, "effect": effect_name, "strength": strength, "attempts": attempts}
                 points.append(point | asdict(found.success(row, name)))
     write_table(out / CSV, points)
     draw(points, out / PICTURE)
@@ -75,9 +76,9 @@ def as_table(points: list[dict[str, Any]]) -> dict[str, Any]:
     return {"command": "vision-s2r sensitivity", "columns": columns, "rows": rows}
 
 
-def column(effect: Effect, strength: float) -> str:
-    """The name of a column: effect and strength in hundredths."""
-    return f"{effect.name}-{round(100 * strength)}"
+def column(name: str, strength: float) -> str:
+    """The name of a column: what is changed, and the strength in hundredths."""
+    return f"{name}-{round(100 * strength)}"
 
 
 def draw(points: list[dict[str, Any]], path: Path) -> Path:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from vision_s2r.camera.effect import CAMERA_EFFECTS
 from vision_s2r.errors import UserError
 from vision_s2r.options import option, validate
+from vision_s2r.scene.changes import CHANGES
 
 
 @dataclass
@@ -13,9 +14,12 @@ class SensitivityConfig:
 
     rows: list[str] = option([], "Rows of evaluate.rows; empty: all that look at the camera's pictures.")
     effects: list[str] = option([], "Camera effects; empty: all.", unique=True)
+    changes: list[str] = option(
+        list(CHANGES), "Changes of the real look's light and surfaces.", choices=tuple(CHANGES), unique=True
+    )
     strengths: list[float] = option(
         [0.5, 1.0, 2.0],
-        "In moderate settings of the effect: 0.5 is half way from none.",
+        "In moderate settings of the effect or change: 0.5 is half way from none.",
         above=0,
         rising=True,
         unique=True,

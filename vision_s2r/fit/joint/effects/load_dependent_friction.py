@@ -28,6 +28,7 @@ JOINT_FITS.register(
         ranges=ranges,
         starts=starts,
         plausible=plausible,
+        confusable=frozenset({"coulomb_friction", "torque_constant"}),  # under torques of one size, or that drive only
         not_excited="the motor torque changes too little",
         excited_by="small and large {effort} at like speed",
     ),
