@@ -143,6 +143,27 @@ def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0
     return ArmRecording(TWO_LINKS, joints, dict.fromkeys(names, "position"), {}, "tool")
 
 
+def played(model, recording):
+    """Positions [T, J] of a MuJoCo model of an arm, whose actuators are given the commands of the first episode."""
+    import mujoco
+
+    model.opt.timestep, model.opt.integrator = 5e-4, mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
+    data = mujoco.MjData(model)
+    commands = np.array([joint.command[0] for joint in recording.joints.values()]).T
+    for k, name in enumerate(recording.joints):
+        data.joint(name).qpos = recording.position[0, 0, k]
+        if count := model.actuator_history[k, 0]:
+            mujoco.mj_initCtrlHistory(model, data, k, None, np.full((count, 1), commands[0, k]))
+    found = []
+    for command in commands:
+        found.append([data.joint(name).qpos[0] for name in recording.joints])
+        data.ctrl[:] = command
+        for _ in range(round(recording.any.sample_time / 5e-4)):
+            mujoco.mj_step(model, data)
+    return np.array(found)
+
+
 def joint_row(effects):
     """A machine of the arm's."""
     from vision_s2r import joint

@@ -4,13 +4,14 @@ import json
 import math
 
 import mujoco
+import numpy as np
 import pytest
-from recordings import an_arm
+from recordings import an_arm, played
 
 from vision_s2r.diagnose.arm import _likely, _off, diagnose_arm
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
-from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.arm.free_run import FreeRuns, free_run
 from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.report.reading import diagnosed, read_report, values
 
@@ -40,9 +41,10 @@ def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(t
     assert head.startswith("episode,t,position.shoulder_measured,position.shoulder_before,position.shoulder_after")
     page = (tmp_path / "report" / "report.html").read_text()
     assert "elbow: latency" in page and "Joint by joint" in page
-    patch = (tmp_path / "report" / "patch" / "patched.xml").read_text()
-    model = mujoco.MjModel.from_xml_string(patch)
-    assert "elbow: latency" in patch and model.nu == 2 and model.actuator_forcerange[0, 1] == 15
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "report" / "patch" / "patched.xml"))
+    assert model.nu == 2 and model.actuator_forcerange[0, 1] == 15
+    moved = played(model, recording)
+    assert np.abs(moved - recording.position[0]).max() < 0.1 * np.abs(free_run(recording, {})[0, ..., 0] - moved).max()
 
 
 def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path):

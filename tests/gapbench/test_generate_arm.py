@@ -1,10 +1,13 @@
 """Generated arms: another engine's, which the diagnoser's own simulator agrees with where nothing is wrong."""
 
+import mujoco
 import numpy as np
 import pytest
+from recordings import played
 
 from vision_s2r.fit.arm.free_run import free_run, gap_errors
 from vision_s2r.gapbench.generate import arm, arm_bodies
+from vision_s2r.patch.arm import mjcf
 from vision_s2r.recording import read
 
 
@@ -44,6 +47,15 @@ def test_a_public_arm_is_simulated_alike(tmp_path, monkeypatch, name):
         np.sqrt(np.nanmean(gap_errors(recording, free_run(recording, each)), axis=1)) for each in ({}, answer.effects)
     )
     assert gap.max() > 3 * left.max() and left.max() < 1.2 * arm.NOISE
+
+
+def test_the_patch_of_a_public_arm_moves_as_it_did(tmp_path, monkeypatch):
+    """Its URDF says less of its motors than the recording does: an effort is a limit of the joint's in MuJoCo."""
+    monkeypatch.setattr(arm_bodies, "SHIPPED", ["xarm6"])
+    monkeypatch.setattr(arm, "SECONDS", 1.0)
+    _, recording = drawn("null", 0, tmp_path / "arm", arms="public")
+    model = mujoco.MjModel.from_xml_string(mjcf({}, recording))
+    assert np.abs(played(model, recording) - recording.position[0]).max() < 0.01 < np.ptp(recording.position[0])
 
 
 @pytest.mark.parametrize("rate", [30.0, 500.0])

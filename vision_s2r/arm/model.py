@@ -129,8 +129,11 @@ def _joint(model: mujoco.MjModel, index: int) -> ModelJoint:
         "viscous_damping": float(model.dof_damping[dof]),
         "coulomb_friction": float(model.dof_frictionloss[dof]),
     }
-    units = TURNING[int(model.jnt_type[index])]
-    return ModelJoint(model.joint(index).name, units, float(low), float(high), drive | _motor(model, index))
+    drive |= _motor(model, index)
+    weakest, strongest = model.jnt_actfrcrange[index]  # a URDF's effort
+    if model.jnt_actfrclimited[index] and strongest == -weakest > 0:
+        drive["torque_limit"] = min(float(strongest), drive.get("torque_limit", math.inf))
+    return ModelJoint(model.joint(index).name, TURNING[int(model.jnt_type[index])], float(low), float(high), drive)
 
 
 def _motor(model: mujoco.MjModel, joint: int) -> dict[str, float]:

@@ -1,5 +1,7 @@
 """The model of an arm with what was found in it, as MJCF (MuJoCo's XML reference: body/joint, actuator/general)."""
 
+import math
+
 import mujoco
 
 from vision_s2r.arm.effect import ARM_EFFECTS, BASE_TILT, PAYLOAD, tilted
@@ -20,11 +22,14 @@ EXPRESSED = {
     "derivative_gain": "derivative_gain",
 }
 
+FINE = 2.5e-4  # s, of the shortest steps that a delay's memory is long enough for
+
 
 def mjcf(named: Diagnosed, recording: ArmRecording) -> str:
     """The model with each logged joint's drive as the diagnosis has it, its servo an actuator of the joint's name.
 
-    Angles in radians. What MuJoCo has no attribute for is listed in comments at the top.
+    Angles in radians. What MuJoCo has no attribute for is listed in comments at the top. An actuator with a delay hears
+    0 until its first command arrives, where `mj_initCtrlHistory` does not say otherwise.
     """
     found = values(named)
     model = ArmModel(recording.model)
@@ -64,6 +69,7 @@ def _drive(spec: mujoco.MjSpec, name: str, recording: JointRecording, found: Val
     joint.armature = nominal["inertia"]
     joint.damping = [nominal["viscous_damping"], 0.0, 0.0]
     joint.frictionloss = nominal["coulomb_friction"]
+    joint.actfrclimited = False  # the limit is the actuator's
     for actuator in list(spec.actuators):
         if actuator.target == name:
             spec.delete(actuator)
@@ -75,7 +81,10 @@ def _drive(spec: mujoco.MjSpec, name: str, recording: JointRecording, found: Val
         actuator.biasprm[:3] = [0.0, -gain, -rate]
         if limit is not None:
             actuator.forcelimited, actuator.forcerange = True, [-limit, limit]
-    written = {*EXPRESSED, "torque_saturation"} if recording.servo else set(EXPRESSED)
+        if "latency" in found:
+            actuator.delay = found["latency"]["delay"]
+            actuator.nsample = math.ceil(actuator.delay / min(FINE, spec.option.timestep)) + 1
+    written = {*EXPRESSED, "torque_saturation", "latency"} if recording.servo else set(EXPRESSED)
     return [
         f"{each} ({', '.join(f'{key} {x:.6g}' for key, x in given.items())}): {summary(ARM_EFFECTS[each])}"
         for each, given in found.items()
