@@ -9,6 +9,7 @@ from vision_s2r.control import benchmark as control_benchmark
 from vision_s2r.evaluate import forms
 from vision_s2r.export import benchmark as export_benchmark
 from vision_s2r.joint import benchmark as joint_benchmark
+from vision_s2r.lazy import load
 from vision_s2r.pipeline import pairs
 from vision_s2r.render import Views
 from vision_s2r.render import benchmark as render_benchmark
@@ -54,6 +55,13 @@ def joint(cfg: Config) -> Path:
 def contact(cfg: Config) -> Path:
     """Steps a second of the contact simulator, against PyBullet."""
     return contact_benchmark.run(cfg.seed, _out(cfg))
+
+
+def sysid(cfg: Config) -> Path:
+    """A six-joint arm and 60 s of log: diagnosis, and mujoco.sysid that is told what is wrong."""
+    run = load("vision_s2r.gapbench.sysid:run")  # imports MuJoCo
+    path: Path = run(cfg.seed, _out(cfg))
+    return path
 
 
 def control(cfg: Config) -> Path:

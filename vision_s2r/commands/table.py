@@ -404,6 +404,13 @@ _ALL = (
         keys=("",),
     ),
     Command(
+        "benchmark sysid",
+        SPEED,
+        "An arm's diagnosis beside MuJoCo's system identification, which is told what is wrong",
+        "vision_s2r.benchmarks:sysid",
+        keys=("",),
+    ),
+    Command(
         "benchmark control",
         SPEED,
         "Steps a second of the speed-tracking environment, against a Python loop",
