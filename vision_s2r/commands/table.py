@@ -213,6 +213,7 @@ _ALL = (
         examples=(
             ("kind=joint set=tuning seed=0", "generate, diagnose and score"),
             ("kind=camera stage=score", "score recordings that are there"),
+            ("kind=joint stage=follow", "what unsettled diagnoses ask to record, beside random commands"),
         ),
     ),
     Command(
