@@ -10,8 +10,9 @@ import numpy as np
 from numba import njit
 
 INF = np.inf
-# Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis
-State = tuple[float, float, float, float, float, float]
+# Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis, what friction
+# remembers, angle and rate of the mount
+State = tuple[float, float, float, float, float, float, float, float, float]
 
 
 class DriveModel(NamedTuple):
@@ -40,6 +41,14 @@ class DriveModel(NamedTuple):
     coulomb_asymmetry: float = 0.0
     stiffness: float = INF
     spring_damping: float = 0.0
+    # Of position servos, whose command is a target (rad); a gain of 0: commands are currents
+    proportional_gain: float = 0.0  # A/rad
+    derivative_gain: float = 0.0  # A·s/rad, on the load's rate
+    command_limit: float = INF  # A
+    position_offset: float = 0.0  # rad, that the encoder shows more than there is
+    deadband: float = 0.0
+    velocity_limit: float = INF
+    acceleration_limit: float = INF
     # Effects outside it (generate.unknown says what each is)
     drag: float = 0.0
     dead_zone: float = 0.0
@@ -66,6 +75,23 @@ class DriveModel(NamedTuple):
     stop: float = INF
     stop_stiffness: float = 0.0
     inertia_swing: float = 0.0
+    cable: float = 0.0
+    cable_start: float = 0.0
+    core: float = 0.0
+    cold: float = 0.0
+    cold_time: float = 1.0
+    mount: float = 0.0
+    mount_frequency: float = 1.0
+    mount_damping: float = 0.1
+    memory: float = 0.0
+    memory_time: float = 1.0
+    memory_velocity: float = 1.0
+    aging: float = 0.0
+    aging_distance: float = 1.0
+    runout: float = 0.0
+    runout_phase: float = 0.0
+    brake: float = 0.0
+    brake_time: float = 0.0
 
 
 def step_of(drive: DriveModel, longest: float = 5e-4) -> float:
@@ -91,9 +117,28 @@ class PositionLoop(NamedTuple):
 
 
 @njit(cache=True)
-def _motor_torque(t: float, y: State, current: float, p: DriveModel) -> float:
+def _current(y: State, command: float, p: DriveModel) -> float:
+    """What a servo asks of its motor, A, whose command is a set point (rad); else the command itself."""
+    if p.proportional_gain == 0:
+        return command
+    shown = y[2]
+    if p.resolution > 0:
+        shown = np.round(shown / p.resolution) * p.resolution
+    error = command - shown
+    if p.deadband > 0:
+        if abs(error) <= p.deadband / 2:
+            return 0.0
+        error -= np.sign(error) * p.deadband / 2
+    wanted = p.proportional_gain * error - p.derivative_gain * y[3]
+    return min(max(wanted, -p.command_limit), p.command_limit)
+
+
+@njit(cache=True)
+def _motor_torque(t: float, y: State, command: float, p: DriveModel) -> float:
     """Torque of the motor after its limits, N·m."""
-    torque = y[4] if p.lag > 0 else p.torque_constant * current
+    torque = y[4] if p.lag > 0 else p.torque_constant * _current(y, command, p)
+    if p.core > 0:
+        torque /= 1 + p.core * abs(torque)
     if p.fade > 0:
         torque *= 1 - p.fade * (1 - np.exp(-t / p.fade_time))
     if p.ripple > 0:
@@ -111,7 +156,7 @@ def _motor_torque(t: float, y: State, current: float, p: DriveModel) -> float:
 
 
 @njit(cache=True)
-def _dry_friction(y: State, direction: float, torque: float, p: DriveModel) -> float:
+def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveModel) -> float:
     """Size of the dry friction against motion in this direction, N·m."""
     level = p.coulomb_friction
     if p.static >= 0:
@@ -119,6 +164,16 @@ def _dry_friction(y: State, direction: float, torque: float, p: DriveModel) -> f
     if p.patch > 0:
         angle = (y[0] - p.patch_position + np.pi) % (2 * np.pi) - np.pi
         level += p.patch * np.exp(-((angle / p.patch_width) ** 2))
+    if p.cold > 0:
+        level *= 1 + p.cold * np.exp(-t / p.cold_time)
+    if p.memory > 0:
+        level += p.memory * np.exp(-((y[6] / p.memory_velocity) ** 2))
+    if p.aging > 0:
+        level += p.aging * np.log1p(y[6])
+    if p.runout > 0:
+        level *= 1 + p.runout * np.sin(y[0] + p.runout_phase)
+    if t < p.brake_time:
+        level += p.brake
     return max(level + p.load_friction * abs(torque) + direction * p.coulomb_asymmetry, 0.0)
 
 
@@ -141,7 +196,9 @@ def _on_load(y: State, p: DriveModel) -> float:
     """Torque on the load's side, N·m."""
     over = max(y[2] - p.stop, 0.0) - max(-y[2] - p.stop, 0.0)
     spring = p.spring * y[2] + p.cubic * y[2] ** 3 + p.stop_stiffness * over
-    gravity = p.gravity_torque * np.sin(y[2]) if p.gravity_torque != 0 else 0.0
+    if p.cable > 0:
+        spring += p.cable * max(y[2] - p.cable_start, 0.0)
+    gravity = p.gravity_torque * np.sin(y[2] - p.position_offset) if p.gravity_torque != 0 else 0.0
     return -gravity - p.bias_torque - spring
 
 
@@ -155,7 +212,7 @@ def _inertia(t: float, y: State, p: DriveModel) -> float:
 def _slope(t: float, y: State, current: float, direction: float, side: int, p: DriveModel) -> State:
     """Time derivative of the state; `direction` 0: the motor sticks; `side` 2: one mass, ±1: in contact, 0: apart."""
     torque = _motor_torque(t, y, current, p)
-    motor = _on_motor(t, y, direction, torque, p) - direction * _dry_friction(y, direction, torque, p)
+    motor = _on_motor(t, y, direction, torque, p) - direction * _dry_friction(t, y, direction, torque, p)
     load = _on_load(y, p)
     inertia = _inertia(t, y, p)
     if side != 0:
@@ -169,8 +226,29 @@ def _slope(t: float, y: State, current: float, direction: float, side: int, p: D
             load += spring
         motor_rate = 0.0 if direction == 0 else 2 * motor / inertia
         load_rate = 2 * load / inertia
-    drive_rate = (p.torque_constant * current - y[4]) / p.lag if p.lag > 0 else 0.0
-    return y[1], motor_rate, y[3], load_rate, drive_rate, (y[1] - abs(y[1]) * y[5]) / p.hysteresis_distance
+    drive_rate = (p.torque_constant * _current(y, current, p) - y[4]) / p.lag if p.lag > 0 else 0.0
+    mount_rate = 0.0
+    if p.mount > 0:  # what moves is relative to what it is mounted on
+        mount_rate = _mount(y, motor if direction != 0 else 0.0, p)
+        motor_rate -= mount_rate if direction != 0 else 0.0
+        load_rate -= mount_rate if side == 0 or direction != 0 else 0.0
+    bent = (y[1] - abs(y[1]) * y[5]) / p.hysteresis_distance
+    return y[1], motor_rate, y[3], load_rate, drive_rate, bent, _remembered(y, p), y[8], mount_rate
+
+
+@njit(cache=True)
+def _mount(y: State, reaction: float, p: DriveModel) -> float:
+    """Acceleration of what the joint is mounted on, which this torque of the motor pushes back, rad/s²."""
+    frequency = p.mount_frequency
+    return -(frequency**2) * y[7] - 2 * p.mount_damping * frequency * y[8] - p.mount * reaction / p.inertia
+
+
+@njit(cache=True)
+def _remembered(y: State, p: DriveModel) -> float:
+    """How what friction remembers changes: a velocity that lags, or the age of the contact over a time of 0.1 s."""
+    if p.memory > 0:
+        return (y[1] - y[6]) / p.memory_time
+    return 10.0 - abs(y[1]) * y[6] / p.aging_distance if p.aging > 0 else 0.0
 
 
 @njit(cache=True)
@@ -178,6 +256,7 @@ def _plus(y: State, h: float, k: State) -> State:
     return (
         *(y[0] + h * k[0], y[1] + h * k[1], y[2] + h * k[2]),
         *(y[3] + h * k[3], y[4] + h * k[4], y[5] + h * k[5]),
+        *(y[6] + h * k[6], y[7] + h * k[7], y[8] + h * k[8]),
     )
 
 
@@ -199,8 +278,10 @@ def _breakaway(t: float, y: State, current: float, side: int, p: DriveModel) -> 
         net += _on_load(y, p)
     elif p.width == 0:
         net -= p.stiffness * (y[0] - y[2]) + p.spring_damping * (y[1] - y[3])
+    if p.mount > 0:
+        net -= (p.inertia if side != 0 else p.inertia / 2) * _mount(y, 0.0, p)
     direction = np.sign(net)
-    return direction if abs(net) > _dry_friction(y, direction, torque, p) else 0.0
+    return direction if abs(net) > _dry_friction(t, y, direction, torque, p) else 0.0
 
 
 @njit(cache=True)
@@ -209,12 +290,18 @@ def _reversed(y: State, direction: float) -> bool:
 
 
 @njit(cache=True)
+def _put(y: State, motor: float, motor_rate: float, load: float, load_rate: float) -> State:
+    """The state with motor and load elsewhere."""
+    return motor, motor_rate, load, load_rate, y[4], y[5], y[6], y[7], y[8]
+
+
+@njit(cache=True)
 def _touching(y: State, side: int, p: DriveModel) -> bool:
     return side == 0 and p.width > 0 and abs(y[0] - y[2]) > p.width / 2
 
 
 @njit(cache=True)
-def _advance(
+def advance(
     t: float, y: State, h: float, current: float, direction: float, side: int, p: DriveModel
 ) -> tuple[State, float, int]:
     """The state after h seconds of constant command, cut at each event; with the direction and the side of contact."""
@@ -222,7 +309,8 @@ def _advance(
         if direction == 0:
             direction = _breakaway(t, y, current, side, p)
         if abs(side) == 1:  # a contact can push, not pull
-            push = p.inertia / 2 * _slope(t, y, current, direction, side, p)[3] - _on_load(y, p)
+            slope = _slope(t, y, current, direction, side, p)
+            push = p.inertia / 2 * (slope[3] + slope[8]) - _on_load(y, p)
             if side * push < -1e-12:
                 side = 0
                 if direction == 0:
@@ -244,14 +332,21 @@ def _advance(
         if _touching(y, side, p):
             side = 1 if y[0] > y[2] else -1
             speed = (y[1] + y[3]) / 2
-            y = (y[0], speed, y[0] - side * p.width / 2, speed, y[4], y[5])
+            y = _put(y, y[0], speed, y[0] - side * p.width / 2, speed)
             direction = np.sign(speed)
         else:
             direction = 0.0
-            y = (y[0], 0.0, y[2], 0.0 if side != 0 else y[3], y[4], y[5])
+            y = _put(y, y[0], 0.0, y[2], 0.0 if side != 0 else y[3])
         if h <= 1e-10:
             break
     return y, direction, side
+
+
+@njit(cache=True)
+def started(p: DriveModel, first: np.ndarray) -> tuple[State, float, int]:
+    """A joint at this position and velocity [2], whose halves do not touch: state, direction, and side of contact."""
+    y = (first[0], first[1], first[0], first[1], 0.0, 0.0, 0.0, 0.0, 0.0)
+    return y, np.sign(first[1]), 0 if p.width > 0 or p.stiffness < INF else 2
 
 
 @njit(cache=True)
@@ -274,9 +369,7 @@ def run(
     samples = len(loop.command)
     rows = np.empty((samples, 2))
     command = np.zeros(samples)
-    y = (first[0], first[1], first[0], first[1], 0.0, 0.0)
-    direction = np.sign(first[1])
-    side = 0 if p.width > 0 or p.stiffness < INF else 2
+    y, direction, side = started(p, first)
     late = int(p.delay / sample_time)
     fraction = p.delay - late * sample_time
     for k in range(samples):
@@ -293,6 +386,6 @@ def run(
             current = command[sent] if sent >= 0 else 0.0
             steps = int(np.ceil(duration / step))
             for _ in range(steps):
-                y, direction, side = _advance(t, y, duration / steps, current, direction, side, p)
+                y, direction, side = advance(t, y, duration / steps, current, direction, side, p)
                 t += duration / steps
     return rows, command

@@ -20,6 +20,7 @@ from vision_s2r.gapbench.generate.drive import DriveModel
 from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation, played
 from vision_s2r.gapbench.generate.excitation import draw as draw_excitation
 from vision_s2r.gapbench.generate.library import ACTUATOR, DYNAMICS, LIBRARY, TORQUES, Family, Scale, compatible
+from vision_s2r.gapbench.generate.severity import of_severity
 from vision_s2r.gapbench.generate.truth import (
     COARSE,
     JointTruth,
@@ -263,33 +264,9 @@ def _grown(
     least = 0.0
     if name in DYNAMICS and low >= MILD:
         least = _noticeable(family, setting.nominal, name)
-    return _of_severity(setting, truth, lambda x: truth.with_fields(family(x)), rng, (low, high), least)
-
-
-def _of_severity(
-    setting: JointSetting,
-    without: JointTruth,
-    grow: Callable[[float], JointTruth],
-    rng: np.random.Generator,
-    bounds: tuple[float, float],
-    least: float = 0.0,
-) -> JointTruth:
-    """The member of a family, of an intensity above `least`, that differs from `without` by a severity drawn."""
-    target = np.exp(rng.uniform(*np.log(bounds)))
-    low, high, x = np.log(max(least, 1e-6)), 0.0, 0.0
-    grown = grow(1.0)
-    for _ in range(15):
-        ratio = setting.severity(grown, without) / target
-        if x == 0 and ratio < 1:
-            raise Redraw
-        if abs(ratio - 1) < 0.1:
-            return grown
-        low, high = (x, high) if ratio < 1 else (low, x)
-        x -= np.log(max(ratio, 1e-12))  # as if the gap grew in proportion
-        if not low < x < high:
-            x = (low + high) / 2
-        grown = grow(np.exp(x))
-    raise Redraw
+    return of_severity(
+        lambda grown: setting.severity(grown, truth), lambda x: truth.with_fields(family(x)), rng, (low, high), least
+    )
 
 
 def _noticeable(family: Family, nominal: DriveModel, name: str) -> float:
@@ -320,7 +297,8 @@ def _with_unknown(
         return grown
 
     optional: Effects = {known: {} for known in effect.optional}
-    return _of_severity(setting, truth, grow, rng, (1.5 * MILD, SEVERE)), name, optional
+    grown = of_severity(lambda each: setting.severity(each, truth), grow, rng, (1.5 * MILD, SEVERE))
+    return grown, name, optional
 
 
 def _distinct(setting: JointSetting, truth: JointTruth, name: str, names: Sequence[str]) -> bool:

@@ -7,6 +7,7 @@ import numpy as np
 
 from vision_s2r.gapbench.generate.drive import DriveModel, run, step_of
 from vision_s2r.gapbench.generate.excitation import SAMPLE_TIME, Excitation, played
+from vision_s2r.gapbench.generate.severity import left_over
 
 Change = Callable[[np.ndarray], np.ndarray]
 FINE, COARSE = 5e-4, 4e-3  # s: for recordings, to measure a severity
@@ -89,9 +90,7 @@ def unimitated(
     before = _analogue(base, commands, excitations)[..., 1].ravel()
     change = _analogue(target, commands, excitations)[..., 1].ravel() - before
     columns = np.stack([_analogue(other, commands, excitations)[..., 1].ravel() - before for other in others], 1)
-    columns /= np.maximum(np.linalg.norm(columns, axis=0), 1e-12)
-    weights = np.linalg.lstsq(columns, change, rcond=1e-6)[0]
-    return _size(change - columns @ weights)
+    return left_over(change, columns)
 
 
 def _analogue(truth: JointTruth, commands: np.ndarray, excitations: Sequence[Excitation]) -> np.ndarray:

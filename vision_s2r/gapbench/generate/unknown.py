@@ -85,6 +85,53 @@ def _end_stop(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Fa
     return lambda x: {"stop": scale.range * (1 - 0.9 * x), "stop_stiffness": stiffness}
 
 
+def _cable(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A cable that pulls once it is taut."""
+    start = rng.uniform(-0.3, 0.3) * scale.range
+    return lambda x: {"cable": 2 * x * scale.torque / max(scale.range, 1.0), "cable_start": start}
+
+
+def _mount(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """What the joint is mounted on gives, and rings when the motor pushes it back."""
+    frequency, damping = rng.uniform(20.0, 60.0), rng.uniform(0.03, 0.15)
+    return lambda x: {"mount": x, "mount_frequency": frequency, "mount_damping": damping}
+
+
+def _core(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """The motor's iron saturates: each ampere more gives less torque."""
+    return lambda x: {"core": 2 * x / scale.torque}
+
+
+def _cold(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """Dry friction of a cold gear, which warms up."""
+    time = rng.uniform(1.0, 4.0)
+    return lambda x: {"cold": 4 * x, "cold_time": time}
+
+
+def _friction_memory(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A lubricant's film builds up and breaks down late (Hess and Soom 1990)."""
+    time, velocity = rng.uniform(0.05, 0.2), rng.uniform(0.2, 0.6)
+    return lambda x: {"memory": 0.4 * x * scale.torque, "memory_time": time, "memory_velocity": velocity}
+
+
+def _aging(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A contact grows stronger the longer it rests (rate and state, Dieterich 1979)."""
+    distance = rng.uniform(0.05, 0.3)
+    return lambda x: {"aging": 0.2 * x * scale.torque, "aging_distance": distance}
+
+
+def _runout(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A gear off its centre: dry friction comes and goes once a turn."""
+    phase = rng.uniform(0, 2 * np.pi)
+    return lambda x: {"runout": 0.95 * x, "runout_phase": phase}
+
+
+def _brake(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A holding brake is let go too late."""
+    time = rng.uniform(1.0, 4.0)
+    return lambda x: {"brake": 0.5 * x * scale.torque, "brake_time": time}
+
+
 def _nothing(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
     def family(x: float) -> Fields:
         return {}
@@ -167,6 +214,10 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "current_lag": UnknownEffect(_current_lag),
         "load_switch": UnknownEffect(_load_switch),
         "rate_limiter": UnknownEffect(command=_slew),
+        "cable_pull": UnknownEffect(_cable),
+        "mount_resonance": UnknownEffect(_mount),
+        "torque_constant_saturation": UnknownEffect(_core),
+        "friction_that_warms_up": UnknownEffect(_cold),
     },
     "reporting": {
         "hysteresis": UnknownEffect(_hysteresis),
@@ -179,5 +230,9 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "dropped_commands": UnknownEffect(command=_dropped),
         "encoder_eccentricity": UnknownEffect(sensor=_eccentric),
         "growing_sensor_delay": UnknownEffect(sensor=_late_sensor),
+        "friction_memory": UnknownEffect(_friction_memory),
+        "contact_aging": UnknownEffect(_aging),
+        "gear_runout": UnknownEffect(_runout),
+        "late_brake": UnknownEffect(_brake),
     },
 }

@@ -61,6 +61,7 @@ class Score:
     recognized: bool | None = None
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
+    group: str = ""
 
 
 def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float) -> Score:
@@ -90,13 +91,14 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
         confusable=confusable,
         false=sorted(named - there),
         verdict_right=_verdict_right(case, verdict, named),
-        drive=_drive(report, named, required, optional) if described and kind == "joint" else None,
+        drive=_drive(report, named, required, optional) if described and kind in ("joint", "servo") else None,
         source_right=_source_right(kind, said, required, optional, equivalents) if described else None,
         location_right=_location_right(said, answer["where"]) if described and answer["where"] else None,
         false_alarm=_false_alarm(report, case, named - there, verdict),
         recognized=_recognized(report, answer, named, optional, equivalents),
         shrink_ratio=_shrink_ratio(said, answer) if described else None,
         parameters=list(_parameter_scores(said, answer["effects"])) if required <= named else [],
+        group=answer.get("group", ""),
     )
 
 
@@ -134,7 +136,7 @@ def source_of(kind: str, effect: str) -> str:
     """The source of the gap that an effect of this kind of recording belongs to."""
     if kind == "appearance":
         return kind if effect.rpartition(".")[2] in APPEARANCE else "camera"
-    if kind not in ("joint", "arm"):
+    if kind not in ("joint", "servo", "arm"):
         return kind
     return "dynamics" if effect.rpartition(".")[2] in DYNAMICS else "actuator"
 

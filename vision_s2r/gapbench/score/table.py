@@ -49,6 +49,7 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
         _share("shrink at least 0.95 of the true effect's own", (ratio >= 0.95 for ratio in every)),
         _share("false alarm, null and wrong parameters", (s.false_alarm for s in scores), (0, 0.01)),
         *_unknowns(kind, scores),
+        *_of_groups(scores),
         _median("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
         _share("failed", (s.failed for s in scores)),
     ]
@@ -82,6 +83,16 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
             rows.append(_share(f"a payload: alone, its mass within {MASS:.0%}", payloads, (0.90, 1.0)))
         if case == "all_nominal":
             rows.append(_share(f"{title}, effects of the drive alone", (s.drive for s in of_case)))
+    return rows
+
+
+def _of_groups(scores: Sequence[Score]) -> list[Total | None]:
+    """One effect, and none, of each group of machines that the table tells apart."""
+    rows: list[Total | None] = []
+    for group in sorted({score.group for score in scores} - {""}, key=lambda name: (len(name), name)):
+        own = [score for score in scores if score.group == group]
+        rows.append(_share(f"{group}, one effect: exact", (s.exact for s in own if s.case == "single")))
+        rows.append(_share(f"{group}, none: no gap", (s.verdict_right for s in own if s.case == "null")))
     return rows
 
 
