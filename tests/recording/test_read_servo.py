@@ -65,6 +65,26 @@ def test_a_speed_register_that_lags_is_left_out_and_said_to(tmp_path, rate):
     assert prompt.velocity is not None and not prompt.left_out
 
 
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_a_speed_register_lags_however_slow_the_motion_and_fast_the_log(tmp_path, rate):
+    """Once in eight seconds, through an encoder of 4096 steps and a register of 50 steps a second."""
+    t = np.arange(round(16 * rate)) / rate
+    speed = 2 * np.pi / 8
+    step = 2 * np.pi / 4096
+
+    def slow(lag):
+        position = step * np.round(0.8 * np.sin(speed * t) / step)
+        shown = 0.8 * speed * np.cos(speed * (t - lag)) + 0.01 * np.random.default_rng(0).standard_normal(len(t))
+        shown = 50 * step * np.round(shown / (50 * step))
+        lengths = np.array([len(t)])
+        nominal = NOMINAL | {"torque_constant": 1.0} | LAW
+        return JointRecording(nominal, 1 / rate, "rotary", position[None], position[None], shown[None], lengths, (0,))
+
+    late, prompt = (read(write(slow(lag), tmp_path / f"{lag}")) for lag in (0.019, 0.0))
+    assert late.velocity is None and float(late.left_out["velocity"].split()[5]) == pytest.approx(19, abs=3)
+    assert prompt.velocity is not None and not prompt.left_out
+
+
 def test_a_filtered_speed_is_left_out_even_where_rows_are_even(tmp_path):
     one = a_joint()
     smooth = one.velocity.copy()

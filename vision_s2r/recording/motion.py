@@ -2,7 +2,7 @@
 
 Velocity is integrated over stretches and set against the way that was gone in them. Over stretches, noise and the
 steps of an encoder average out, so a factor between the two is one of units, not of noise. Before that it is set
-against the slope of the positions a little earlier: a servo's speed register is often filtered, and its scale is right.
+against the way gone a little earlier: a servo's speed register is often filtered, and its scale is right.
 """
 
 import math
@@ -26,10 +26,9 @@ FACTORS = {
     "linear": {"millimetres?": 1000.0, "centimetres?": 100.0, "inches?": 1 / 0.0254},
 }
 NEAR_FACTOR = 1.1
-LAGS = np.arange(-10, 61) / 8  # samples that a velocity may be behind the positions
-LAGGING = 0.3  # samples: this is a lag
-BETTER = 0.7  # times what it leaves without a lag, that a velocity may leave with one
-SEEN = 0.03  # of the velocity's size: what a lag makes of it
+WINDOW = 0.04  # s to either side over which velocity and positions are set side by side
+LAGGING, SURE = 0.3, 5.0  # samples, and standard errors: this is a lag
+FARTHEST, ROUNDS = 0.15, 30  # s that a velocity may be behind the positions
 
 
 def checked(recording: JointRecording, path: Path) -> JointRecording:
@@ -41,7 +40,7 @@ def checked(recording: JointRecording, path: Path) -> JointRecording:
         _check_turns(recording, path)
     if recording.velocity is None:
         return recording
-    lag = _lag(recording)
+    lag = _lag(recording, recording.velocity)
     if lag > LAGGING * recording.sample_time:
         why = f"it lags the positions by {1e3 * lag:.1f} ms, which the simulator's velocity does not"
         return replace(recording, velocity=None, left_out={**recording.left_out, "velocity": why})
@@ -55,32 +54,68 @@ def checked(recording: JointRecording, path: Path) -> JointRecording:
     return recording
 
 
-def _lag(recording: JointRecording) -> float:
-    """By how much (s) the velocity is behind the slope of the positions; 0 where that explains nothing."""
-    assert recording.velocity is not None
-    seen, slopes = [], []
-    for t, position, velocity, length in zip(
-        recording.time, recording.position, recording.velocity, recording.lengths, strict=True
-    ):
-        if length < 8:
-            continue
-        t, position = t[:length], position[:length]
-        # Slopes over two samples, in the middle of which they are those of the positions.
-        middle, slope = (t[2:] + t[:-2]) / 2, (position[2:] - position[:-2]) / (t[2:] - t[:-2])
-        wanted = t[:, None] - LAGS * recording.sample_time
-        slopes.append(np.where((wanted >= t[0]) & (wanted <= t[-1]), np.interp(wanted, middle, slope), np.nan))
-        seen.append(velocity[:length])
-    if not seen:
+def _lag(recording: JointRecording, velocities: np.ndarray) -> float:
+    """By how much (s) the velocity is surely behind the positions; 0 where that cannot be told, or is little.
+
+    Velocity, integrated over a window, is regressed on the way gone in it a while before and on that one's rate of
+    change, by which a lag shows however slow the motion is. Both are smoothed alike, so that the noise of positions is
+    no lag.
+    """
+    half = max(1, round(WINDOW / recording.sample_time))
+    pieces = [
+        _windows(t[:n], position[:n], velocity[:n], half)
+        for t, position, velocity, n in zip(
+            recording.time, recording.position, velocities, recording.lengths, strict=True
+        )
+        if n > 12 * half
+    ]
+    if not pieces:
         return 0.0
-    known = np.isfinite(np.concatenate(slopes)).all(axis=1)
-    slope, shown = np.concatenate(slopes)[known], np.concatenate(seen)[known]
-    power = (slope**2).sum(axis=0)
-    if not (len(shown) and power.all() and np.any(shown)):
-        return 0.0
-    left = (shown**2).sum() - (slope.T @ shown) ** 2 / power  # of the best factor at each lag
-    none, best = int(np.argmin(np.abs(LAGS))), int(np.argmin(left))
-    clear = left[best] < BETTER**2 * left[none] and left[none] - left[best] > SEEN**2 * (shown**2).sum()
-    return float(LAGS[best] * recording.sample_time) if clear else 0.0
+    lag, error = 0.0, 0.0
+    for _ in range(ROUNDS):
+        further, error = _further(pieces, lag, half)
+        lag += further
+        if not abs(lag) < FARTHEST:
+            return 0.0
+        if abs(further) < 0.1 * error:
+            break
+    return lag if lag > max(LAGGING * recording.sample_time, SURE * error) else 0.0
+
+
+def _windows(
+    t: np.ndarray, position: np.ndarray, velocity: np.ndarray, half: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Times of windows of `half` samples to either side, the mean slope of the positions in each, and mean velocity."""
+    way = np.concatenate([[0.0], np.cumsum((velocity[1:] + velocity[:-1]) / 2 * np.diff(t))])
+    span = t[2 * half :] - t[: -2 * half]
+    slope, shown = ((each[2 * half :] - each[: -2 * half]) / span for each in (position, way))
+    return t[half:-half], slope, shown
+
+
+def _further(pieces: list[tuple[np.ndarray, np.ndarray, np.ndarray]], lag: float, half: int) -> tuple[float, float]:
+    """How much more than `lag` the velocities are behind, and that one's standard error (s), over blocks of windows."""
+    slopes, bends, velocities, blocks = [], [], [], []
+    for number, (t, slope, shown) in enumerate(pieces):
+        bend = (slope[2 * half :] - slope[: -2 * half]) / (t[2 * half :] - t[: -2 * half])
+        inside = (t - lag >= t[half]) & (t - lag <= t[-half - 1])
+        slopes.append(np.interp(t[inside] - lag, t, slope))
+        bends.append(np.interp(t[inside] - lag, t[half:-half], bend))
+        velocities.append(shown[inside])
+        blocks.append(number * 1e6 + np.arange(inside.sum()) // (4 * half))
+    slope, bend, shown = np.concatenate(slopes), np.concatenate(bends), np.concatenate(velocities)
+    power = float(slope @ slope)
+    if power == 0:
+        return np.nan, 0.0
+    bend = bend - slope * (bend @ slope) / power
+    scale = float(shown @ slope) / power
+    rest = shown - scale * slope
+    reach = scale * float(bend @ bend)
+    if reach == 0:
+        return np.nan, 0.0
+    further = -float(rest @ bend) / reach
+    _, block = np.unique(np.concatenate(blocks), return_inverse=True)
+    scores = np.bincount(block, (rest + further * scale * bend) * bend)
+    return further, float(np.sqrt(scores @ scores)) / abs(reach)
 
 
 def _check_turns(recording: JointRecording, path: Path) -> None:
