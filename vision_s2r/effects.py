@@ -31,7 +31,8 @@ class Parameter:
     may lie outside the bounds (an infinite full well has no shot noise), and is None for a parameter that
     switches nothing by itself (a direction). `moderate` is a plainly visible setting, the start of a search or
     the example in a table; one in pixels is meant for a picture of 128. `scale` says in which measure equal
-    steps matter equally, for drawing and for fitting.
+    steps matter equally, for drawing and for fitting. One that is `optional` is neutral where it is not given, and
+    does not switch its effect.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Parameter:
     neutral: float | None
     moderate: float
     scale: Literal["linear", "log"] = "linear"
+    optional: bool = False
 
     def __post_init__(self) -> None:
         if not self.low <= self.moderate <= self.high or (self.scale == "log" and self.low <= 0):
@@ -79,18 +81,18 @@ class Effect:
         """All parameters as floats, in declared order; UserError for a name, gap or value that cannot be."""
         for name in values:
             self.parameter(name)
-        missing = [p.name for p in self.parameters if p.name not in values]
+        missing = [p.name for p in self.parameters if p.name not in values and not p.optional]
         if missing:
             raise UserError(f"{where or self.name}: missing {', '.join(missing)}")
-        return {p.name: p.check(values[p.name], where or self.name) for p in self.parameters}
+        return {p.name: p.check(values.get(p.name, p.neutral), where or self.name) for p in self.parameters}
 
     def is_neutral(self, values: Mapping[str, Any]) -> Any:
-        """Whether the effect vanishes: every parameter that has a neutral value is at it.
+        """Whether the effect vanishes: every parameter that has a neutral value, and is not optional, is at it.
 
         `values` are floats, or arrays or tensors of one shape; then so is the answer. An effect none of whose
         parameters has a neutral value (it replaces a nominal one) never vanishes.
         """
-        switches = [values[p.name] == p.neutral for p in self.parameters if p.neutral is not None]
+        switches = [values[p.name] == p.neutral for p in self.parameters if not (p.neutral is None or p.optional)]
         neutral = switches[0] if switches else False
         for switch in switches[1:]:
             neutral = neutral & switch

@@ -122,6 +122,7 @@ def _parameters(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
     return {
         p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
         for p in case.library[name].parameters
+        if not (p.optional and values[p.name] == p.neutral)
     }
 
 

@@ -15,6 +15,7 @@ from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
+from vision_s2r.hardware.sensors import sensor_table
 from vision_s2r.hardware.tables import friction_table, identified_table, table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
@@ -66,7 +67,8 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     experts = {machine.name: machine.expert for machine in found}
     files = sorted(each for each in out.glob("reports/**/measured.json"))
     done = {each.parent: measured for each in files if (measured := _read(each))["machine"] in experts}
-    tables = {"hardware": table(list(done.values()), experts)} if done else {}
+    tables = {"sensors": sensor_table(found)}
+    tables |= {"hardware": table(list(done.values()), experts)} if done else {}
     if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
         tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
     for folder, measured in done.items():

@@ -119,9 +119,12 @@ def _sentences(result: dict[str, Any]) -> list[str]:
 
 
 def _effect(found: "Identified", name: str) -> dict[str, Any]:
-    effect, given = JOINT_EFFECTS[name], found.values[name]
+    effect = JOINT_EFFECTS[name]
+    given = effect.check(found.values[name])
     parameters: dict[str, dict[str, Any]] = {}
     for parameter in effect.parameters:
+        if parameter.optional and given[parameter.name] == parameter.neutral:
+            continue
         value = float(given[parameter.name])
         low, high = (value, value) if name in found.held else found.estimate.intervals[name][parameter.name]
         parameters[parameter.name] = {"value": value, "unit": found.case.unit_of(parameter), "ci": [low, high]}

@@ -55,7 +55,7 @@ def steady(machine: JointMachine, heights: np.ndarray) -> bool:
 def served(machine: JointMachine, target: float, position: float, velocity: float) -> float:
     """What a position servo asks of its motor when the load is here and moves so, in units of u."""
     if machine.encoder_quantization_resolution > 0:
-        position = rounded(position, machine.encoder_quantization_resolution)
+        position = rounded(position, machine.encoder_quantization_resolution, machine.encoder_quantization_offset)
     error = beyond(target - position, machine.deadband_width)
     if machine.deadband_width > 0 and error == 0:
         return 0.0

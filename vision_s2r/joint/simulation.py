@@ -215,7 +215,8 @@ def _compile(sources: str) -> Callable[..., Any]:
             else:
                 two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
-                quantize(states, machine.encoder_quantization_resolution, sample_time, times[e])
+                resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
+                quantize(states, resolution, sample_time, times[e], offset)
 
     return kernel
 

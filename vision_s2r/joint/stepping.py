@@ -228,10 +228,10 @@ def _compile(sources: str) -> tuple[Any, Any]:
                 two_masses_responses(machine, steps, responses[n])
             states[n, 2], states[n, 3], states[n, 4] = weight[0], weight[1], other
             states[n, 5], states[n, 6], states[n, 7] = velocity, 0.0, 0.0
-            resolution = machine.encoder_quantization_resolution
+            resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
             shown[n, 0], shown[n, 1] = position, velocity
             if resolution > 0:
-                shown[n, 0] = rounded(position, resolution)
+                shown[n, 0] = rounded(position, resolution, offset)
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)
     def advance(
@@ -279,9 +279,9 @@ def _compile(sources: str) -> tuple[Any, Any]:
                 )
                 (state[5], state[1], state[6], state[0], state[7]), (state[2], state[3]), state[4] = masses
             samples[n] = k + 1
-            resolution = machine.encoder_quantization_resolution
+            resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
             if resolution > 0:
-                position = rounded(state[0], resolution)
+                position = rounded(state[0], resolution, offset)
                 shown[n, 1] = (position - shown[n, 0]) / sample_time
                 shown[n, 0] = position
             else:

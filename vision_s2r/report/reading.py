@@ -75,7 +75,9 @@ def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
         values = effect.check({name: one.get("value") for name, one in given.items()})
         part = each.get("joint", each.get("label"))
         named[effect.name if part is None else f"{part}.{effect.name}"] = {
-            parameter.name: _estimate(parameter, values[parameter.name], given[parameter.name].get("ci"), effect)
+            parameter.name: _estimate(
+                parameter, values[parameter.name], given.get(parameter.name, {}).get("ci"), effect
+            )
             for parameter in effect.parameters
         }
     return named

@@ -188,6 +188,41 @@ def test_rests_that_are_met_to_the_digit_do_not_hold_a_fit():
         assert found[name]["value"] == pytest.approx(truth[name]["value"], rel=0.02)
 
 
+@pytest.mark.parametrize("fast", [True, False])
+def test_an_encoder_whose_steps_lie_half_a_step_beside_zero_is_read_with_its_true_step(fast):
+    """However fast the joint moves, and where it goes so slowly that few rows are a step apart."""
+    step = 2 * np.pi / 4096
+    recording = a_servo(200.0, {}) if fast else run(0.02 * np.sin(0.4 * np.arange(600) * 0.02)[None], {}, 50.0)
+    position = step * (np.floor(recording.position / step) + 0.5)
+    case = open_case(replace(recording, position=position))
+    assert list(case.certain) == ["encoder_quantization"]
+    found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), None)
+    values, intervals = (each["encoder_quantization"] for each in (found.values, case.intervals(found)))
+    assert values["resolution"] == pytest.approx(step, rel=1e-6) and abs(values["offset"]) == pytest.approx(step / 2)
+    low, high = intervals["offset"]
+    assert low < values["offset"] < high
+    shown = free_run(case.recording, found.values)[..., 0]
+    assert np.abs((shown / step) % 1 - 0.5).max() < 1e-6
+
+
+def test_a_weight_that_is_hung_askew_is_told_from_a_constant_torque():
+    recording = a_servo(50.0, {"position_offset": {"value": 0.18}}, noise=1e-5)
+    case = open_case(recording)
+    base = case.fit(case.refitted, range(case.segments), None)
+    gains = case.screen(base, sorted(case.library.keys() - base.values.keys()))
+    assert max(gains, key=lambda name: gains[name]) == "position_offset"
+
+
+def test_noise_is_what_the_end_of_a_search_leaves_where_samples_are_few():
+    """At 25 Hz a spring's ringing is as fast as noise is."""
+    truth = {"compliance": {"stiffness": 14.0, "damping": 0.02}}
+    case = open_case(a_servo(25.0, truth, seconds=6.0))
+    assert case.noise[0] > 1e-6
+    quieter = case.quieter(Hypothesis(truth))
+    assert quieter is not None and quieter.noise[0] == pytest.approx(4e-8, rel=0.3)
+    assert quieter.quieter(quieter.likely) is None
+
+
 def test_what_is_believed_may_be_wrong_by_any_factor():
     truth = 200 * NOMINAL["viscous_damping"]
     recording = a_servo(50.0, {"viscous_damping": {"value": truth}}, seconds=6.0)

@@ -32,6 +32,7 @@ FINER = 4  # times the steps, for the integrator's own error
 BLOCK = 50  # samples, at least, that count as one
 WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
 LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
+LOUDER = 0.25  # of the noise's variance: a search that ends with less was misled by it
 LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
 QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
 PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
@@ -61,8 +62,9 @@ class JointCase:
     refitted: Names = frozenset(REFITTED)
     discrepancies: Mapping[str, str] = MEANINGS
 
-    def __init__(self, recording: JointRecording, library: Mapping[str, Effect]) -> None:
-        self.recording = recording
+    def __init__(self, recording: JointRecording, library: Mapping[str, Effect], near: Hypothesis = NOMINAL) -> None:
+        """`near` is what a search has found already; the noise is read off what it leaves, where that is less."""
+        self.recording, self._near = recording, near
         self.library = library
         one_gain = {} if _reaches_its_limit(recording) else {"torque_constant": ONE_GAIN}
         apart = one_gain if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
@@ -146,7 +148,7 @@ class JointCase:
         if self._grid:
             steps[0] = max(steps[0], self._grid.resolution)
         loose = Floor(np.maximum(LOUD * rough, GAUSSIAN * steps**2 / 12), np.ones(observer.channels))
-        return JointFitter(track, observer, loose, self._grid.resolution if self._grid else None, repeats, first)
+        return JointFitter(track, observer, loose, self._grid.values if self._grid else None, repeats, first)
 
     def _coarsen(self, base: Hypothesis) -> None:
         """Take the longest steps of the integrator whose error is nothing beside the noise."""
@@ -169,6 +171,10 @@ class JointCase:
         segments, lengths = range(self.segments), self.track.lengths
         best, residuals = base, self._fitter.residuals(base, segments)
         noise = fast_variance(residuals, lengths)
+        if self._near is not NOMINAL:
+            best = self._fitter.fit(names_of(self._near), segments, self._near)
+            residuals = self._fitter.residuals(best, segments)
+            noise = np.minimum(noise, fast_variance(residuals, lengths))
         for _ in range(LAYERS):
             apart = {"torque_constant", "proportional_gain", "encoder_quantization", *self._apart}
             free = sorted(self.library.keys() - names_of(best) - apart)
@@ -215,10 +221,18 @@ class JointCase:
             self.track,
             Observer(self.track, fitter.observer.substeps * FINER, fitter.observer.noise),
             fitter.floor,
-            fitter.resolution,
+            fitter.grid,
         ).residuals(hypothesis, range(self.segments))
         squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
         return squares[: int(0.99 * len(squares))].mean(axis=0)
+
+    def quieter(self, found: Hypothesis) -> "JointCase | None":
+        """The same recording with the noise that this hypothesis leaves, where that is far less than was thought.
+
+        Where samples are few, motion that no first look explains is as fast as noise is.
+        """
+        left = fast_variance(self._fitter.residuals(found, range(self.segments)), self.track.lengths)
+        return JointCase(self.recording, self.library, found) if (left < LOUDER * self.noise).any() else None
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""
@@ -341,9 +355,7 @@ class JointCase:
         """95 % of every parameter."""
         found = uncertainty.intervals(self.scores(hypothesis)) if hypothesis.values else {}
         if self._grid and "encoder_quantization" in hypothesis.values:
-            resolution, span = self._grid.resolution, self.track.scales.span
-            reach = resolution * max(1e-9, 2 * max(self._grid.noise, 1e-6 * resolution) / span)
-            found["encoder_quantization"] = {"resolution": (resolution - reach, resolution + reach)}
+            found["encoder_quantization"] = self._grid.intervals(self.track.scales.span)
         return found
 
     def scores(self, hypothesis: Hypothesis) -> uncertainty.BlockScores:

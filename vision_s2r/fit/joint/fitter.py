@@ -1,6 +1,6 @@
 """Fits of a joint's hypotheses: where a name's fit starts, and how far each is followed."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -42,13 +42,13 @@ class JointFitter(Fitter[JointSpace]):
         track: JointTrack,
         observer: Observer,
         floor: Floor,
-        resolution: float | None,
+        grid: Mapping[str, float] | None,  # of the encoder: parameters of encoder_quantization
         repeats: float = 1.0,  # samples that say what one says
         first: Hypothesis | None = None,  # fitted when little was believed
     ) -> None:
         super().__init__()
         self.runs, self.count = observer, track.count
-        self.track, self.observer, self.floor, self.resolution = track, observer, floor, resolution
+        self.track, self.observer, self.floor, self.grid = track, observer, floor, grid
         self.repeats, self.first = repeats, first
         self._screened: dict[object, tuple[float, Fitted]] = {}
         self._started: dict[object, tuple[float, float, list[np.ndarray]]] = {}
@@ -79,7 +79,7 @@ class JointFitter(Fitter[JointSpace]):
 
     def space(self, names: Iterable[str]) -> JointSpace:
         """The coordinates of these names."""
-        return JointSpace(frozenset(names), self.track, self.observer.noise, self.resolution, self.repeats)
+        return JointSpace(frozenset(names), self.track, self.observer.noise, self.grid, self.repeats)
 
     def names_of(self, hypothesis: Hypothesis) -> Names:
         """Effects and discrepancies of a hypothesis."""

@@ -1,10 +1,11 @@
-"""The steps of an encoder: positions that keep to multiples of a resolution, with or without a little noise on top.
+"""The steps of an encoder: positions a whole number of steps from each other, with or without a little noise on top.
 
-Differences of positions are multiples of the resolution too, so their characteristic function has a peak at one over
-it; a fast Fourier transform of their histogram shows all resolutions at once. The positions then settle it.
+Differences of positions are multiples of the resolution, so their characteristic function has a peak at one over it; a
+fast Fourier transform of their histogram shows all resolutions at once. The positions then settle it, and where the
+steps lie: beside the multiples of the resolution wherever an encoder's zero was put.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +13,10 @@ LAGS = (1, 2, 5)  # samples between the positions whose differences are looked a
 BINS = 1 << 18  # of their histogram
 LEAST_CONCENTRATION = 0.35  # mean resultant length of the phases of positions on the grid
 LEAST_EVIDENCE = 40.0  # nats
-LEAST_SHARE = 0.3  # of the position's fast noise that rounding must account for
+LEAST_SHARE = 0.3  # of the position's fast noise that rounding must account for, unless they keep to it exactly
+EXACT = 1e-3  # of a step: what positions are beside theirs at most, where they keep to it exactly
+LEAST_STEPS = 8  # different ones, before what they have in common says something
+BESIDE = 0.02  # of a step, less than which nothing lies beside the multiples
 PRINTED = 2e-5  # a decimal grid that is finer, relative to the largest position, is how the numbers were written
 
 
@@ -21,8 +25,21 @@ class QuantizationGrid:
     """What the positions keep to."""
 
     resolution: float  # rad or m
+    offset: float  # of the steps from the multiples of the resolution; half of it either way at most
     evidence: float  # nats, against positions anywhere between the steps
     noise: float  # standard deviation of what is added after rounding
+    count: int  # of the positions that say so
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The parameters of encoder_quantization."""
+        return {"resolution": self.resolution, "offset": self.offset}
+
+    def intervals(self, span: float) -> dict[str, tuple[float, float]]:
+        """95 % of each, of positions over such a span."""
+        spread = 2 * max(self.noise, 1e-6 * self.resolution)
+        reaches = {"resolution": self.resolution * max(1e-9, spread / span), "offset": spread / np.sqrt(self.count)}
+        return {name: (value - reaches[name], value + reaches[name]) for name, value in self.values.items()}
 
 
 def find_quantization_grid(position: np.ndarray, lengths: np.ndarray) -> QuantizationGrid | None:
@@ -36,7 +53,8 @@ def find_quantization_grid(position: np.ndarray, lengths: np.ndarray) -> Quantiz
     if not found:
         return None
     most = max(grid.evidence for grid in found)
-    return max((each for each in found if each.evidence > 0.5 * most), key=lambda each: each.resolution)
+    best = max((each for each in found if each.evidence > 0.5 * most), key=lambda each: each.resolution)
+    return _coarsest(tracks, best)
 
 
 def _peaks(steps: np.ndarray) -> list[float]:
@@ -64,17 +82,21 @@ def _settle(tracks: list[np.ndarray], resolution: float) -> QuantizationGrid | N
         return None
     reach = max(float(np.abs(values).max()), resolution)
     refined = _refine(tracks, values, resolution)
-    phase = np.exp(2j * np.pi * values / refined)
-    concentration = float(phase.mean().real)
+    mean = np.exp(2j * np.pi * values / refined).mean()
+    concentration = float(np.abs(mean))
     if concentration < LEAST_CONCENTRATION or _is_print(refined, reach):
         return None
     noise = refined / (2 * np.pi) * np.sqrt(max(-2 * np.log(min(concentration, 1 - 1e-12)), 0.0))
     evidence = len(values) * concentration**2
+    offset = float(refined / (2 * np.pi) * np.angle(mean))
+    if abs(offset) < max(BESIDE * refined, 3 * noise / np.sqrt(len(values))):
+        offset = 0.0
     rounding = refined**2 / 12
     fast = _fast_variance(tracks)
-    if evidence < LEAST_EVIDENCE or rounding < LEAST_SHARE * fast:
+    exact = noise < EXACT * refined and not _is_decimal(refined)
+    if evidence < LEAST_EVIDENCE or (rounding < LEAST_SHARE * fast and not exact):
         return None
-    return QuantizationGrid(refined, float(evidence), float(noise))
+    return QuantizationGrid(refined, offset, float(evidence), float(noise), len(values))
 
 
 def _refine(tracks: list[np.ndarray], values: np.ndarray, resolution: float) -> float:
@@ -87,11 +109,23 @@ def _refine(tracks: list[np.ndarray], values: np.ndarray, resolution: float) -> 
         if len(inside) >= 20:
             resolution = _polish(inside, resolution)
             reach = max(reach, 2.5 * float(np.abs(inside).max()) / resolution)
-    return _polish(values[np.abs(values) < reach * resolution], resolution)
+    whole = values - np.quantile(values, 0.5, method="nearest")
+    near = np.abs(whole) < reach * resolution
+    resolution = _polish(whole[near], resolution)
+    return _polish_beside(values[near], resolution)
 
 
 def _polish(values: np.ndarray, resolution: float) -> float:
     counts = np.round(values / resolution)
+    power = float(counts @ counts)
+    return float(counts @ values) / power if power > 0 else resolution
+
+
+def _polish_beside(values: np.ndarray, resolution: float) -> float:
+    """Least squares of the resolution, and of an offset, over positions whose numbers of steps are known."""
+    offset = resolution / (2 * np.pi) * np.angle(np.exp(2j * np.pi * values / resolution).mean())
+    counts = np.round((values - offset) / resolution)
+    counts -= counts.mean()
     power = float(counts @ counts)
     return float(counts @ values) / power if power > 0 else resolution
 
@@ -105,9 +139,27 @@ def _in_motion(track: np.ndarray, resolution: float) -> np.ndarray:
     return np.pad(way > 1.5 * resolution, reach)
 
 
+def _coarsest(tracks: list[np.ndarray], grid: QuantizationGrid) -> QuantizationGrid:
+    """The coarsest grid that all positions keep to, where they keep to one exactly.
+
+    Where motion is slow, few positions are many steps from the last ones, and a part of the step passes for it.
+    """
+    values = np.unique(np.concatenate(tracks))
+    steps = (values - values[0]) / grid.resolution
+    counts = np.unique(np.round(steps).astype(np.int64))
+    if np.abs(steps - np.round(steps)).max() > EXACT or len(counts) < LEAST_STEPS:
+        return grid
+    whole = int(np.gcd.reduce(counts)) * grid.resolution
+    offset = float(values[0] - np.round(values[0] / whole) * whole)
+    return replace(grid, resolution=whole, offset=offset if abs(offset) > BESIDE * whole else 0.0)
+
+
 def _is_print(resolution: float, reach: float) -> bool:
-    decimal = abs(np.log10(resolution) - np.round(np.log10(resolution))) < 1e-4
-    return bool(decimal and resolution < PRINTED * reach)
+    return _is_decimal(resolution) and resolution < PRINTED * reach
+
+
+def _is_decimal(resolution: float) -> bool:
+    return bool(abs(np.log10(resolution) - np.round(np.log10(resolution))) < 1e-4)
 
 
 def _fast_variance(tracks: list[np.ndarray]) -> float:

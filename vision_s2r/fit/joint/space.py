@@ -37,10 +37,10 @@ class JointSpace(Coordinates):
         names: frozenset[str],
         track: JointTrack,
         noise: float,
-        resolution: float | None = None,
+        grid: Mapping[str, float] | None = None,  # of the encoder: parameters of encoder_quantization
         repeats: float = 1.0,  # samples that say what one says: nominal parameters are believed that much more
     ) -> None:
-        self.track, self._resolution = track, resolution
+        self.track, self._grid = track, grid
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
         self.coordinates = [
@@ -129,8 +129,8 @@ class JointSpace(Coordinates):
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
             values[c.effect][c.parameter] = float(row[c.column])
-        if self._resolution is not None and "encoder_quantization" in values:
-            values["encoder_quantization"] = {"resolution": self._resolution}
+        if self._grid is not None and "encoder_quantization" in values:
+            values["encoder_quantization"] = dict(self._grid)
         discrepancies = {discrepancy.name: self.part(point[None], discrepancy)[0] for discrepancy in self.discrepancies}
         return Hypothesis(values, {**discrepancies, **extra})
 

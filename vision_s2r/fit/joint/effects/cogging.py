@@ -15,11 +15,11 @@ MOST_TEETH = 400  # numbers tried
 
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
-    """What the fit moves."""
+    """What the fit moves. Of a sine at least a period is seen: less of it is any smooth torque of position."""
     s = track.scales
     return [
         linear("amplitude", 0.0, 2 * s.peak_torque, s.torque),
-        log("teeth", 0.5, 1e5, 1e-3 / max(1.0, s.span)),
+        log("teeth", min(max(0.5, 2 * math.pi / s.span), 1e4), 1e5, 1e-3 / max(1.0, s.span)),
     ]
 
 

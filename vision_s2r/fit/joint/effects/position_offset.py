@@ -13,8 +13,10 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
-    """Where it may start."""
-    return [{"value": track.nominal.position_offset + x} for x in (-1.2, -0.3, 0.3, 1.2)]
+    """Where it may start: at first order a weight's offset is a constant torque, which was refitted in its place."""
+    weight, constant = row["gravity_torque"], row["bias_torque"] - track.nominal.bias_torque
+    likely = float(np.arcsin(np.clip(-constant / weight, -1.0, 1.0))) if weight else 0.0
+    return [{"value": row["position_offset"] + x} for x in (likely, -1.2, -0.3, 0.3, 1.2)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting:
