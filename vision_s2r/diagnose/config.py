@@ -60,6 +60,11 @@ class DiagnoseConfig:
     jobs: int = option(2, "Processes for several recordings, threads for one.", low=1)
     backend: str = backend_option()
     seed: int = option(0, "Of the bootstrap; the same seed gives the same report, whatever the number of jobs.", low=0)
+    quick: bool = option(
+        False,
+        "An answer in about a third of the time, from a third of the recording: of each size only the most promising "
+        "sets of effects are tried, and none that shows in pairs alone. Report and summary say that it was quick.",
+    )
     withhold: list[str] = option([], "Effects that the diagnosis is to know nothing of, by name.")
     sensitivity: str = option(
         "",

@@ -3,7 +3,7 @@
 import json
 import logging
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, overload
 
@@ -12,6 +12,7 @@ import numpy as np
 from vision_s2r import parallel
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, check
+from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.simulator import Settled, settle
@@ -115,13 +116,20 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     cfg = cfg or DiagnoseConfig()
     if isinstance(recording, ArmRecording):
         of_arm: SavedDiagnosis = load("vision_s2r.diagnose.arm:diagnose_arm")(recording, cfg, jobs)  # imports MuJoCo
-        return of_arm
+        return replace(of_arm, quick=True) if cfg.quick else of_arm
+    recording = part_of(recording) if cfg.quick else recording
     case: Any = open_case(recording, cfg.withhold)
     limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
+    limits = quickly(limits) if cfg.quick else limits
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
-        settled = settle(case, assessor, Search(case, assessor).run())
+        found = Search(case, assessor).run()
+        if isinstance(recording, JointRecording) and (quieter := case.quieter(found.final.hypothesis)):
+            case, assessor = quieter, Assessor(quieter, limits, jobs, cfg.seed)
+            found = Search(case, assessor).run()
+        settled = settle(case, assessor, found)
         written, experiment = report(case, assessor, settled)
+    written |= {"quick": True} if cfg.quick else {}
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":

@@ -210,6 +210,7 @@ class GapReport:
     alternatives: tuple[Alternative, ...]
     unexplained: Unexplained
     next_experiment: str
+    quick: bool | None = None  # whether it looked at a part of the recording, and tried few sets of effects
     refitted: tuple[RefittedValue, ...] | None = None
     withheld: tuple[str, ...] | None = None  # effects that were found, and make held-out data worse
     held_out: HeldOut | None = None  # of a joint

@@ -4,9 +4,15 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+QUICK = "This was a quick look: at a part of the recording, with only the most promising sets of effects."
+
 
 def verdict(report: Mapping[str, Any]) -> str:
-    """The whole report in two sentences."""
+    """The whole report in two sentences, and that it was quick where it was."""
+    return f"{_verdict(report)} {QUICK}" if report.get("quick") else _verdict(report)
+
+
+def _verdict(report: Mapping[str, Any]) -> str:
     gap = report["gap"]
     before, after, floor = (f"{number(gap[key])} {gap['unit']}" for key in ("before", "after", "floor"))
     if report["verdict"] == "no_gap":
