@@ -17,6 +17,7 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.area import area_of, inside_of
+from vision_s2r.fit.camera.consistency import ALLOWED, EVERY, GEOMETRIC, disagreement
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
@@ -538,7 +539,7 @@ class CameraCase:
         return not usable.any() or float(((spread / other - 1) ** 2).max()) < _NEGLIGIBLE
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Whether the effect sits at a bound, or differs between frames more than a camera's does."""
+        """Whether the effect sits at a bound, or differs between frames or parts of them more than a camera's does."""
         values = hypothesis.values[name]
         for parameter in self.library[name].parameters:
             if parameter.neutral is None or name == "jpeg_compression":
@@ -548,9 +549,27 @@ class CameraCase:
                 and values[parameter.name] != parameter.neutral
             ):
                 return True
+        if self._disagrees(hypothesis.values, name):
+            return True
         if not charted([name]):
             return False
         return self._spread(hypothesis).relative.get(name, 0.0) > _SPREAD
+
+    @torch.inference_mode()
+    def _disagrees(self, values: Values, name: str) -> bool:
+        """Whether one part of the pixels asks for much more of the effect than another, as no true one does."""
+        stage = CAMERA_FITS[name].stage
+        if stage not in ("warp", "blur", "light", "tone"):
+            return False
+        few = self._few(range(self.segments))
+        mean, _, weight = self._predicted(values, few, lit=True)
+        without = {each: value for each, value in values.items() if each != name}
+        other = self._predicted(without, few, lit=True)[0]
+        left = self.study.pictures.real[few] - self._encoded(mean, values)
+        found = disagreement(mean - other, left, weight, other)
+        # What scales light scales the edges that a warp or a blur moves.
+        axes = EVERY if stage in ("light", "tone") else GEOMETRIC
+        return max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter, from how frames differ."""

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from vision_s2r.fit.camera.codec import within_blocks
 from vision_s2r.fit.camera.flat_fields import flat_fields, squared_noise
+from vision_s2r.fit.camera.independent import independent_squares
 from vision_s2r.fit.camera.noise import Curve, Tail
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.case import Values
@@ -90,8 +91,13 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     limit = max(float(fine[counted].quantile(0.3) if counted.sum() < 2**24 else fine.median()), 1.5 / 255)
     flat = counted & (fine <= limit)
     plain = white and flat_fields(fine, counted)
-    squared = squared_noise(residual, mean) if plain else _filtered(residual, flat, white).square() - known
-    index = _place(smoothed(mean), encoding).long().clamp(max=BINS - 1)
+    level = smoothed(mean)
+    if plain:
+        squared = squared_noise(residual, mean)
+    else:
+        fine_part = _filtered(residual, flat, white)
+        squared = (independent_squares(fine_part, flat, level) if white else fine_part.square()) - known
+    index = _place(level, encoding).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
     if white:
         squared = torch.minimum(squared, _ceiling(squared, index, flat))

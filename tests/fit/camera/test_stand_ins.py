@@ -1,0 +1,85 @@
+"""What only stands in for something unknown: noise that is none, an effect that is not as large everywhere."""
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+from tests.fit.camera.test_camera_case import FRAMES, SIZE, opened, recorded, scenes
+from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.fit.camera.case import CameraCase
+from vision_s2r.recording.data import CameraRecording
+
+NOISE = {"read_noise", "shot_noise"}
+MANY = 2 * FRAMES
+
+
+def seen(sim: torch.Tensor, real: torch.Tensor) -> CameraRecording:
+    """Pairs of these pictures [N, 3, H, W], with half a grey level of noise, rounded."""
+    noise = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * 0.5 / 255
+    pair = [
+        each.clamp(0, 1).mul(255).round().permute(0, 2, 3, 1).numpy() / np.float32(255) for each in (sim, real + noise)
+    ]
+    names = tuple(f"{k:04d}" for k in range(len(sim)))
+    return replace(recorded(), sim=pair[0], real=pair[1], names=names, real_names=names)
+
+
+def many() -> torch.Tensor:
+    return (torch.cat([scenes(0), scenes(1)]) * 255).round() / 255
+
+
+def proposed(case: CameraCase) -> set[str]:
+    return set().union(*case.proposals())
+
+
+def left(case: CameraCase) -> float:
+    """Mean squared residual of the simulator as it came, in units of the noise."""
+    nominal = case.fit(frozenset(), range(case.segments), None)
+    return float(case.excess(nominal, range(case.segments)).mean())
+
+
+def test_pixels_with_gains_of_their_own_are_not_noisy() -> None:
+    gains = 1 + 0.05 * torch.randn(3, SIZE, SIZE, generator=torch.Generator().manual_seed(2))
+    case = opened(seen(many(), many() * gains))
+    assert not proposed(case) & NOISE
+    assert left(case) > 3
+    noisy = Camera()(many(), CameraParameters.of({"shot_noise": {"full_well": 300.0}}, MANY))
+    assert proposed(opened(seen(many(), noisy))) & NOISE == {"shot_noise"}
+
+
+def test_rows_out_of_place_are_not_noise() -> None:
+    soft = (F.avg_pool2d(F.pad(many(), (2,) * 4, mode="replicate"), 5, 1) * 255).round() / 255
+    moved = soft.clone()
+    moved[:, :, 1::2] = moved[:, :, 1::2].roll(2, 3)
+    case = opened(seen(soft, moved))
+    assert not proposed(case) & NOISE
+    assert left(case) > 3
+
+
+def turned_or_skewed(skew: float, turn: float) -> CameraRecording:
+    """Rows displaced by so much a row, and the camera turned (rad)."""
+    matrix = torch.tensor([[1.0, skew - turn, 0.0], [turn, 1.0, 0.0]]).expand(MANY, 2, 3)
+    grid = F.affine_grid(matrix, [MANY, 3, SIZE, SIZE], align_corners=False)
+    real = F.grid_sample(many(), grid, mode="bicubic", padding_mode="border", align_corners=False)
+    return seen(many(), real)
+
+
+def test_a_skew_of_rows_is_no_rotation() -> None:
+    """Half of it is: upright edges ask for twice the angle that is found, those that lie for none."""
+    names = frozenset({"camera_pose_offset"})
+    case = opened(turned_or_skewed(0.06, 0.0))
+    assert case.suspicious(case.fit(names, range(MANY), None), "camera_pose_offset")
+    case = opened(turned_or_skewed(0.0, 0.03))
+    assert not case.suspicious(case.fit(names, range(MANY), None), "camera_pose_offset")
+
+
+def test_scattered_light_is_no_exposure_and_an_exposure_beside_a_stain_is_one() -> None:
+    names = frozenset({"exposure"})
+    light = many().clamp(min=1e-4) ** 2.2
+    case = opened(seen(many(), (0.8 * light + 0.2 * light.mean((2, 3), keepdim=True).flip(0)) ** (1 / 2.2)))
+    assert case.suspicious(case.fit(names, range(MANY), None), "exposure")
+    stained = (1.3 * light) ** (1 / 2.2)
+    stained[..., 20:30, 20:30] *= 0.5
+    case = opened(seen(many(), stained))
+    assert not case.suspicious(case.fit(names, range(MANY), None), "exposure")

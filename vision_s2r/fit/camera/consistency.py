@@ -1,0 +1,69 @@
+"""Whether an effect is as large wherever one looks, as its own model says.
+
+A parameter is one number for the whole recording. What only stands in for an effect that nobody taught is fitted to
+one part of the pixels at the cost of another: a rotation for rows that are displaced, too large where edges are
+upright and too small where they lie; an exposure for scattered light, too small in the dark. In each bin of each axis
+the size of the effect is estimated anew, as a share of what it was found to be. A true one is as large everywhere,
+whatever else is wrong in some of the pictures.
+"""
+
+import torch
+from torch import Tensor
+
+from vision_s2r.fit.camera.fitting import FREEDOM
+
+ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
+GEOMETRIC = ("row parity", "column parity", "direction of edges", "region", "radius")
+EVERY = (*GEOMETRIC, "brightness", "channel")
+_LEAST = 0.01  # share of the effect's work, that a bin must have to be asked
+_CLEAR = 25.0  # squared standard deviations of noise, likewise
+_MOST = 1.0  # that one bin says of it: a place where something else is far off decides nothing
+_SECTORS, _RINGS, _LEVELS, _CELLS = 4, 4, 5, 3
+
+
+def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tensor) -> dict[str, float]:
+    """By axis, how much (of its size) an effect differs between bins: root mean square by the work that it does there.
+
+    `change` [B, C, H, W] is what the effect makes of a predicted `picture` that lacks it, `residual` what is left with
+    it, `weight` one over the variance, 0 where a pixel does not count.
+    """
+    weight = weight.expand_as(residual)
+    weight = weight * (FREEDOM + 1) / (FREEDOM + weight * residual.square())
+    work = (weight * change.square()).double().reshape(-1)
+    more = (weight * change * residual).double().reshape(-1)
+    whole = float(work.sum())
+    found = {}
+    for name, (bins, count) in _axes(picture).items():
+        at = bins.expand_as(residual).reshape(-1)
+        done = torch.bincount(at, work, count)
+        told = (done > _LEAST * whole) & (done > _CLEAR)
+        if int(told.sum()) < 2:
+            continue
+        done, size = done[told], 1 + torch.bincount(at, more, count)[told] / done[told]
+        share = done / done.sum()
+        whole_size = float((share * size).sum())
+        if whole_size <= 0:
+            found[name] = _MOST
+            continue
+        squared = ((size / whole_size - 1).square() - 1 / done).clamp(0, _MOST)  # less what noise makes of it
+        found[name] = float((share * squared).sum().sqrt())
+    return found
+
+
+def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:
+    """The bin of each pixel, broadcastable to a picture [B, C, H, W], and how many there are, by axis."""
+    channels, height, width = picture.shape[1:]
+    y, x = torch.meshgrid(torch.arange(height), torch.arange(width), indexing="ij")
+    grey = picture.mean(1, keepdim=True)
+    across, down = torch.gradient(grey, dim=(3, 2))
+    turn = torch.atan2(down, across) / torch.pi % 1  # an edge has no sign
+    away = ((y - (height - 1) / 2) ** 2 + (x - (width - 1) / 2) ** 2).sqrt() / (height**2 + width**2) ** 0.5 * 2
+    return {
+        "row parity": (y % 2, 2),
+        "column parity": (x % 2, 2),
+        "direction of edges": ((turn * _SECTORS + 0.5).long() % _SECTORS, _SECTORS),
+        "brightness": ((grey * _LEVELS).long().clamp(0, _LEVELS - 1), _LEVELS),
+        "region": (y * _CELLS // height * _CELLS + x * _CELLS // width, _CELLS**2),
+        "radius": ((away * _RINGS).long().clamp(max=_RINGS - 1), _RINGS),
+        "channel": (torch.arange(channels)[:, None, None], channels),
+    }
