@@ -20,6 +20,9 @@ def where(samples: Samples, seed: int) -> list[dict[str, Any]]:
 
 def _telling(samples: Samples, axis: Axis, seed: int) -> list[tuple[float, dict[str, Any]]]:
     over, count = _sums(samples, axis)
+    usual = count.sum(axis=0) / max(count.sum(), 1) if axis.usual is None else np.array(axis.usual)
+    # Where a division of its own kind of samples sees little of the gap, its places say little.
+    seen = 1.0 if axis.usual is None else _seen(samples, over, count)
     found = []
     for k, label in enumerate(axis.labels):
 
@@ -28,7 +31,7 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[tuple[float, dict[
             return np.divide(counts @ over[:, k], whole, out=np.zeros(len(counts)), where=whole > 0)
 
         share = float(statistic(np.ones((1, len(over))))[0])
-        of_samples = count[:, k].sum() / max(count.sum(), 1)
+        of_samples = usual[k]
         low, high = interval(statistic, len(over), seed)
         if share > LEAST and low > of_samples * LIFT:
             place = {
@@ -38,8 +41,17 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[tuple[float, dict[
                 "ci": [max(low, 0.0), min(high, 1.0)],
                 "samples": float(of_samples),
             }
-            found.append((share * np.log(share / of_samples), place))
+            found.append((seen * share * np.log(share / of_samples), place))
     return sorted(found, key=lambda each: -each[0])[:2]
+
+
+def _seen(samples: Samples, over: np.ndarray, count: np.ndarray) -> float:
+    """The mean gap of an axis' samples, as a share of that of the axis that sees most of it; at most 1."""
+    most = max(
+        (float(sums.sum() / max(number.sum(), 1)) for sums, number in (_sums(samples, axis) for axis in samples.axes)),
+        default=0.0,
+    )
+    return min(max(float(over.sum() / max(count.sum(), 1)) / most, 0.0), 1.0) if most > 0 else 0.0
 
 
 def _sums(samples: Samples, axis: Axis) -> tuple[np.ndarray, np.ndarray]:

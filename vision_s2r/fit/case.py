@@ -39,6 +39,8 @@ class Axis:
     name: str
     labels: tuple[str, ...]  # of its bins, such as "|θ̇| < 0.4 rad/s"
     bins: np.ndarray  # [samples] int: the bin of each, -1 where it has none
+    # Share of a gap that each bin would hold if it were nowhere in particular; None: that of the samples.
+    usual: tuple[float, ...] | None = None
 
 
 @dataclass(frozen=True)

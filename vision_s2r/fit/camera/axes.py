@@ -10,7 +10,8 @@ from vision_s2r.fit.case import Axis, Samples
 _RINGS = 5
 _BRIGHTNESS = ("0 to 51", "51 to 102", "102 to 153", "153 to 204", "204 to 255")
 _CHANNELS = ("red", "green", "blue")
-_BANDS = ("mean of 8 px blocks", "below 0.15 cycles/px", "0.15 to 0.3 cycles/px", "above 0.3 cycles/px")
+_BANDS = ("below 0.15 cycles/px", "0.15 to 0.3 cycles/px", "above 0.3 cycles/px")
+_LEAST_USUAL = 0.01  # share of a picture's waves: less is what its noise has
 
 
 def samples(
@@ -19,6 +20,7 @@ def samples(
     """Samples of frames: every second pixel's `error` and `floor` [N, C, H, W], and every 8 px block's frequencies.
 
     `residual` is the signed one, `brightness` the real picture's; pixels outside `counted` [N, 1, H, W] take no part.
+    A gap that is as large everywhere has the frequencies of the pictures, which are mostly low.
     """
     count, channels, height, width = error.shape
     rows, columns = np.arange(0, height, 2), np.arange(0, width, 2)
@@ -43,7 +45,11 @@ def samples(
     bands = _bands(residual, floor, counted)
     pixels, waves = len(segment), len(bands[0])
     axes = [Axis(axis.name, axis.labels, np.concatenate([axis.bins, np.full(waves, -1)])) for axis in pixel_axes]
-    axes.append(Axis("frequency", _BANDS, np.concatenate([np.full(pixels, -1), bands[3]])))
+    own = _bands(brightness, torch.zeros_like(floor), counted)
+    usual = np.bincount(own[3][own[3] >= 0], own[0][own[3] >= 0], len(_BANDS))
+    usual = np.maximum(usual / max(usual.sum(), 1e-12), _LEAST_USUAL)
+    bins = np.concatenate([np.full(pixels, -1), bands[3]])
+    axes.append(Axis("frequency", _BANDS, bins, tuple((usual / usual.sum()).tolist())))
     return Samples(
         np.concatenate([error.numpy()[grid][chosen], bands[0]]).astype(np.float64),
         np.concatenate([floor.numpy()[grid][chosen], bands[1]]).astype(np.float64),
@@ -53,7 +59,10 @@ def samples(
 
 
 def _bands(residual: Tensor, floor: Tensor, counted: Tensor) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Squared cosine coefficients of the blocks that count whole: error, floor, segment and band of each."""
+    """Squared cosine coefficients of the blocks that count whole: error, floor, segment and band of each.
+
+    The means of blocks are in no band, -1: they are light and colour, which have axes of their own.
+    """
     height, width = (size // BLOCK * BLOCK for size in residual.shape[-2:])
 
     def blocks(values: Tensor) -> Tensor:
@@ -68,7 +77,7 @@ def _bands(residual: Tensor, floor: Tensor, counted: Tensor) -> tuple[np.ndarray
     noise = blocks(floor).mean((-1, -2))[whole] / residual.shape[1]  # of the mean over channels
     segment = whole.nonzero()[:, 0]
     frequency = torch.hypot(index[:, None].float(), index.float()) / (2 * BLOCK)
-    band = torch.bucketize(frequency, torch.tensor([0.01, 0.15, 0.3]))
+    band = torch.bucketize(frequency, torch.tensor([0.01, 0.15, 0.3])) - 1
     shape = waves.shape
     return (
         waves.reshape(-1).numpy(),
