@@ -36,7 +36,7 @@ LOG = arm.ArmLog(rate=100.0, episodes=4, seconds=15.0)
 STEP = 1e-3  # s, of MuJoCo
 JOBS = 2
 # What MuJoCo's models have an attribute for, and the joint that it is of.
-WRONG = {"viscous_damping": 2, "torque_saturation": 3, PAYLOAD: None}
+WRONG = {"viscous_damping": 2, PAYLOAD: None}
 FARTHEST, HEAVIEST = 0.5, 5.0  # m, kg: bounds of a payload
 Values = Mapping[str, Mapping[str, float]]
 
