@@ -1,16 +1,19 @@
 """A quick diagnosis: less of the recording, fewer fits, and a report that says so."""
 
+import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from recordings import NOMINAL, a_camera, a_joint
 
+from vision_s2r.diagnose import quick_study
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.quick import part_of
 from vision_s2r.fit.joint.fitter import JointFitter
 from vision_s2r.joint import NominalJoint, pack, simulate
-from vision_s2r.recording import JointRecording
+from vision_s2r.recording import JointRecording, write
 from vision_s2r.report import GapReport
 
 
@@ -44,6 +47,26 @@ def test_a_quick_diagnosis_says_the_same_from_less_and_that_it_was_quick(tmp_pat
     page = quick_one.save(tmp_path / "report")
     assert GapReport.read(tmp_path / "report" / "report.json").quick is True
     assert "This was a quick look" in quick_one.summary() and "This was a quick look" in page.read_text()
+
+
+def test_both_are_set_side_by_side(tmp_path, monkeypatch):
+    said = {False: ["latency", "viscous_damping"], True: ["latency"]}
+
+    def told(recording, cfg):
+        names = [SimpleNamespace(name=name) for name in said[cfg.quick]]
+        return SimpleNamespace(verdict="explained", effects=names if recording.nominal["inertia"] > 0.02 else names[:1])
+
+    clock = iter(np.cumsum([0.0, 6.0, 0.0, 2.0, 0.0, 2.0, 0.0, 1.0]))
+    monkeypatch.setattr(quick_study, "diagnose", told)
+    monkeypatch.setattr(quick_study.time, "process_time", lambda: next(clock))
+    folders = []
+    for name, inertia in (("one", 0.02), ("two", 0.03)):
+        one = a_joint()
+        folders.append(write(replace(one, nominal={**one.nominal, "inertia": inertia}), tmp_path / name))
+    (row,) = quick_study.study(tmp_path / "out", folders)["rows"]
+    assert row[0] == "joint" and row[1]["value"] == 50.0 and row[1]["of"] == 2
+    assert [each["value"] for each in row[2:]] == [4.0, 1.5, 0.38]
+    assert json.loads((tmp_path / "out" / "quick.json").read_text())["rows"] == [row]
 
 
 def test_a_quick_look_is_at_pairs_from_all_over_and_at_whole_motions_under_loads():

@@ -25,7 +25,7 @@ class QuantizationGrid:
     """What the positions keep to."""
 
     resolution: float  # rad or m
-    offset: float  # of the steps from the multiples of the resolution; half of it either way at most
+    offset: float  # of the steps from the multiples of the resolution; half of it either way, about
     evidence: float  # nats, against positions anywhere between the steps
     noise: float  # standard deviation of what is added after rounding
     count: int  # of the positions that say so
@@ -88,8 +88,8 @@ def _settle(tracks: list[np.ndarray], resolution: float) -> QuantizationGrid | N
         return None
     noise = refined / (2 * np.pi) * np.sqrt(max(-2 * np.log(min(concentration, 1 - 1e-12)), 0.0))
     evidence = len(values) * concentration**2
-    offset = float(refined / (2 * np.pi) * np.angle(mean))
-    if abs(offset) < max(BESIDE * refined, 3 * noise / np.sqrt(len(values))):
+    offset = _beside(float(refined / (2 * np.pi) * np.angle(mean)), refined)
+    if abs(offset) < 3 * noise / np.sqrt(len(values)):
         offset = 0.0
     rounding = refined**2 / 12
     fast = _fast_variance(tracks)
@@ -150,8 +150,13 @@ def _coarsest(tracks: list[np.ndarray], grid: QuantizationGrid) -> QuantizationG
     if np.abs(steps - np.round(steps)).max() > EXACT or len(counts) < LEAST_STEPS:
         return grid
     whole = int(np.gcd.reduce(counts)) * grid.resolution
-    offset = float(values[0] - np.round(values[0] / whole) * whole)
-    return replace(grid, resolution=whole, offset=offset if abs(offset) > BESIDE * whole else 0.0)
+    return replace(grid, resolution=whole, offset=_beside(float(values[0]), whole))
+
+
+def _beside(position: float, resolution: float) -> float:
+    """How far a position is beside a multiple of the resolution; half a step is above it."""
+    share = position / resolution - np.floor(position / resolution + 0.5 - BESIDE)
+    return float(share * resolution) if abs(share) > BESIDE else 0.0
 
 
 def _is_print(resolution: float, reach: float) -> bool:
