@@ -32,7 +32,7 @@ from vision_s2r.gapbench.generate.appearance_scenes import (
     shaded,
     solids,
 )
-from vision_s2r.recording import CameraRecording
+from vision_s2r.recording import CameraRecording, read
 from vision_s2r.recording.write import write
 from vision_s2r.report.reading import library
 
@@ -70,18 +70,19 @@ def plain() -> Look:
 def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
     gains = np.array([0.6, 0.75, 0.7])
     darker = replace(plain(), colours=plain().colours | {BOX: plain().colours[BOX] * gains})
-    recording = scenes(plain(), darker)
+    recording = replace(scenes(plain(), darker), label_names={BOX: "small box"})
     found = diagnose(recording)
     (effect,) = found.effects
     assert (effect.name, effect.label, effect.source) == ("albedo", BOX, "appearance")
     assert [each.value for each in effect.parameters.values()] == pytest.approx(gains, rel=0.03)
     assert found.verdict == "explained" and [each.source for each in found.sources] == ["appearance"]
-    assert f"label {BOX} is of another colour" in found.summary()
+    assert "the small box is of another colour" in found.summary()
     found.save(tmp_path / "report")
     patch = yaml.safe_load((tmp_path / "report" / "patch" / "appearance.yaml").read_text())
     assert patch["labels"][BOX]["albedo"]["green"] == pytest.approx(0.75, rel=0.03)
     assert yaml.safe_load((tmp_path / "report" / "patch" / "camera.yaml").read_text())["effects"] == {}
     write(recording, tmp_path / "recording")
+    assert read(tmp_path / "recording").label_names == {BOX: "small box"}
     (path,) = replay_all(
         ReplayConfig(str(tmp_path / "recording"), str(tmp_path / "report" / "report.json"), str(tmp_path / "replay"))
     )

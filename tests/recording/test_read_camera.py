@@ -89,6 +89,8 @@ def _header(old, new):
         (_bytes("sim/0009.jpg", b""), r"0009\.jpg: expected only files ending in \.png"),
         (_header("pairing: paired", "pairing: piared"), "did you mean 'paired'"),
         (_header("encoding: srgb", "encodign: srgb"), "unknown key 'encodign', did you mean 'encoding'"),
+        (_header("encoding: srgb", "label_names: {table: 1}"), "'table' is no label, expected numbers from 0 to 255"),
+        (_header("encoding: srgb", "label_names: {1: []}"), "1 has no name, expected a word or a few"),
         (_header("width: 24", "width: 128"), "width is 128, but pictures have 24 px"),
         (_header("  fx: 30.0\n", ""), "camera: missing fx"),
         (_header("fx: 30.0", "fx: 0"), "fx is '0', expected a number above 0"),

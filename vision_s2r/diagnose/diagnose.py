@@ -2,7 +2,7 @@
 
 import json
 import logging
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias, overload
@@ -135,9 +135,16 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":
         with case.session():
             written |= {"light": case.light(settled.simulator.hypothesis)}
+    if isinstance(recording, CameraRecording) and recording.label_names:
+        written |= {"effects": _by_name(written["effects"], recording.label_names)}
     if isinstance(recording, CameraRecording) and cfg.sensitivity:
         written |= {"policy": load("vision_s2r.diagnose.worth:worth")(written["effects"], cfg.sensitivity, cfg.policy)}
     return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
+
+
+def _by_name(effects: Sequence[dict[str, Any]], names: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Effects with what the recording calls their labels."""
+    return [each | ({"label_name": names[each["label"]]} if each.get("label") in names else {}) for each in effects]
 
 
 def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled: Settled) -> dict[str, Any]:

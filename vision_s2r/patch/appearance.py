@@ -30,7 +30,8 @@ def hydra(named: Diagnosed, recording: CameraRecording, randomize: bool) -> str:
     labels = sorted({label for name in found if (label := label_of(name)) is not None})
     lines += ["# By label of the recording", "labels:" if labels else "labels: {}"]
     for label in labels:
-        lines += [f"  {label}:", *_surface(label, found, recording)]
+        called = recording.label_names.get(label)
+        lines += [f"  {label}:{f'  # {called}' if called else ''}", *_surface(label, found, recording)]
         for name in [name for name in found if label_of(name) == label]:
             lines += [f"    # {summary(effects[name])}", f"    {unqualified(name)}:"]
             for parameter in effects[name].parameters:

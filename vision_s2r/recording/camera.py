@@ -11,11 +11,12 @@ from vision_s2r.errors import UserError, check_keys
 from vision_s2r.recording import header
 from vision_s2r.recording.data import CameraRecording
 
-KEYS = ("format", "kind", "pairing", "camera", "encoding")
+KEYS = ("format", "kind", "pairing", "camera", "encoding", "label_names")
 CAMERA_KEYS = ("width", "height", "fx", "fy", "cx", "cy")
 REAL_SUFFIXES, RENDER_SUFFIXES = (".png", ".jpg", ".jpeg"), (".png",)  # a render that went through JPEG is not clean
 LEAST_FRAMES = 4  # to hold some out and still have a spread
 LEAST_SIDE = 16  # px
+LAST_LABEL, LONGEST_NAME = 255, 60
 IGNORED = ("thumbs.db", "desktop.ini")  # what file browsers leave
 
 
@@ -48,6 +49,7 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> CameraReco
         grey=grey,
         names=tuple(sim_files),
         real_names=tuple(real_files),
+        label_names=_label_names(content, where),
     )
 
 
@@ -184,6 +186,20 @@ def _depth(pictures: np.ndarray | None) -> np.ndarray | None:
     if not pictures.any():
         raise UserError("depth/: every pixel is 0, expected mm along the optical axis, and 0 where it is not known")
     return pictures.astype(np.float32) / 1000
+
+
+def _label_names(content: Mapping[str, Any], where: str) -> dict[int, str]:
+    """What the labels are called, by number."""
+    if "label_names" not in content:
+        return {}
+    names: dict[int, str] = {}
+    for key, name in header.mapping(content, "label_names", where).items():
+        if not key.isascii() or not key.isdigit() or int(key) > LAST_LABEL:
+            raise UserError(f"{where}: label_names: {key!r} is no label, expected numbers from 0 to {LAST_LABEL}")
+        if not isinstance(name, str) or not name.strip() or len(name) > LONGEST_NAME or not name.isprintable():
+            raise UserError(f"{where}: label_names: {key} has no name, expected a word or a few")
+        names[int(key)] = name.strip()
+    return names
 
 
 def _intrinsics(content: Mapping[str, Any], size: tuple[int, int], where: str) -> np.ndarray | None:

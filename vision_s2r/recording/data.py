@@ -112,6 +112,7 @@ class CameraRecording:
     names: tuple[str, ...]  # of `sim`, and of `real` where they are paired
     real_names: tuple[str, ...]
     depth: np.ndarray | None = None  # float32 [N, H, W]: m along the optical axis of `sim`'s camera, 0 where unknown
+    label_names: Mapping[int, str] = field(default_factory=dict)  # what labels are called, of those that have a name
 
     kind = "camera"
 

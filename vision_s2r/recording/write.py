@@ -147,6 +147,8 @@ def _camera(recording: CameraRecording, folder: Path) -> dict[str, Any]:
         height, width = recording.sim.shape[1:3]
         geometry = dict(zip(("fx", "fy", "cx", "cy"), recording.intrinsics.tolist(), strict=True))
         head["camera"] = {"width": width, "height": height, **geometry}
+    if recording.label_names:
+        head["label_names"] = dict(recording.label_names)
     return head
 
 

@@ -81,6 +81,7 @@ class FoundEffect:
     parameters: dict[str, FoundParameter]
     joint: str | None = None  # of an arm's effect
     label: int | None = None  # of an effect of one label
+    label_name: str | None = None  # what the recording calls it
 
 
 @dataclass(frozen=True)

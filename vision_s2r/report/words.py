@@ -78,13 +78,15 @@ def parameters(effect: Mapping[str, Any]) -> str:
 
 
 def surfaces(effects: Sequence[Mapping[str, Any]]) -> str:
-    """Effects of surfaces and light, as in `label 2 is 30 % darker and has a grain of 6 px`."""
+    """Effects of surfaces and light, as in `the table is 30 % darker`, or `label 2 …` where it has no name."""
     by_label: dict[int, list[str]] = {}
+    called: dict[int, str] = {}
     for each in effects:
         if each.get("label") is not None:
             by_label.setdefault(each["label"], []).append(_surface(each))
+            called[each["label"]] = f"the {each['label_name']}" if each.get("label_name") else f"label {each['label']}"
     rest = [_light(each) for each in effects if each.get("label") is None]
-    return listed([*(f"label {label} {listed(said)}" for label, said in sorted(by_label.items())), *rest])
+    return listed([*(f"{called[label]} {listed(said)}" for label, said in sorted(by_label.items())), *rest])
 
 
 def _surface(effect: Mapping[str, Any]) -> str:
