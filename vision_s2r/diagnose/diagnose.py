@@ -31,7 +31,7 @@ from vision_s2r.report.drawing import Figures, png
 from vision_s2r.report.page import framed, html
 from vision_s2r.report.reading import library
 
-NEXT = "next_recording.csv"
+NEXT, NEXT_TARGET = "next_recording.csv", "next_recording.png"
 log = logging.getLogger(__name__)
 
 OfOneCase: TypeAlias = JointRecording | CameraRecording | ContactRecording  # an arm is of several
@@ -56,8 +56,8 @@ class SavedDiagnosis(GapReport):
     def save(self, folder: Path | str) -> Path:
         """Write report.json, report.html, looks.png, patch/ and next_recording.csv, the commands to run next.
 
-        looks.png is the page's first figure: what was recorded beside both simulators. The folder is
-        whole or not there at all; returns the page's path.
+        Of a camera it is next_recording.png, what to print and photograph. looks.png is the page's first figure: what
+        was recorded beside both simulators. The folder is whole or not there at all; returns the page's path.
 
         What was in the folder is gone. Raises UserError where it cannot be written.
         """
@@ -68,14 +68,23 @@ class SavedDiagnosis(GapReport):
             write_html(report, drawn, making / "report.html")
             if drawn:
                 write(making / "looks.png", png(next(iter(drawn.values()))))
-            if commands := self.experiment.commands:
-                write(making / NEXT, table.text(list(commands), np.column_stack(list(commands.values()))))
+            write_next(self.experiment, making)
             if self.patched:  # else the simulator stays as it came
                 write_patch(report, self.recording, making / "patch")
         return folder / "report.html"
 
     def _repr_html_(self) -> str:
         return framed(html(self.to_dict(), self.plot()))
+
+
+def write_next(experiment: Experiment, folder: Path) -> None:
+    """Write next_recording.csv or .png into `folder`: what a person can run or print, where there is anything."""
+    if commands := experiment.commands:
+        write(folder / NEXT, table.text(list(commands), np.column_stack(list(commands.values()))))
+    if experiment.target is not None:
+        import cv2  # which no other kind needs
+
+        write(folder / NEXT_TARGET, cv2.imencode(".png", experiment.target)[1].tobytes())
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -60,6 +60,7 @@ class Experiment:
     sentence: str  # with numbers
     # Of the table that a person can run, columns [N] by name, t (s) among them; empty where there is none to run.
     commands: Mapping[str, np.ndarray] = field(default_factory=dict)
+    target: np.ndarray | None = None  # uint8 [H, W]: of a camera, what to print and photograph
 
 
 class Case(Protocol):

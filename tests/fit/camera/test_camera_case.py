@@ -1,11 +1,13 @@
 """The camera's case: what a recording is said to show, and what not."""
 
+import cv2
 import numpy as np
 import pytest
 import torch
 
 from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
+from vision_s2r.diagnose.diagnose import write_next
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
 from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add, basis, find_ghost, shifted
@@ -163,6 +165,20 @@ def test_a_tilt_within_what_a_lens_may_do_otherwise_is_none() -> None:
     assert slight("camera_pose_offset", 0.001) and not slight("camera_pose_offset", 0.02)
     assert not slight("camera_pose_offset", 0.001, k1=-0.01)
     assert not slight("lens_distortion", 0.02)
+
+
+def test_rivals_are_told_apart_by_a_target_that_can_be_printed(tmp_path) -> None:
+    case = opened(recorded(defocus_blur={"radius": 1.2}))
+    rivals = [
+        Hypothesis({"defocus_blur": {"radius": 1.2}}),
+        Hypothesis({"motion_blur": {"length": 3.0, "angle": 0.0}}),
+    ]
+    found = case.experiment(rivals, [])
+    write_next(found, tmp_path)
+    printed = cv2.imread(str(tmp_path / "next_recording.png"), cv2.IMREAD_UNCHANGED)
+    assert printed.shape == (8 * SIZE, 8 * SIZE) and np.ptp(printed) > 150
+    assert "next_recording.png" in found.sentence
+    assert case.experiment(rivals[:1], []).target is None
 
 
 def test_coordinates_of_every_effect_come_back() -> None:

@@ -603,7 +603,7 @@ class CameraCase:
         """What to photograph next."""
         from vision_s2r.fit.camera.experiment import advise
 
-        return Experiment(advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited}))
+        return advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited})
 
 
 def _blurred(values: Values) -> float:

@@ -2,27 +2,42 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
 import torch
 
 from vision_s2r.fit.camera.effect import NEEDS
 from vision_s2r.fit.camera.study import Study
-from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.case import Experiment, Hypothesis
 
 _REMEDIES = {need.lacking: need.remedy for need in NEEDS.values()}
+_SHOWS = {"edges": "a chessboard of squares 8 px wide", "contrast": "a grey wedge from black to white"}
+_PRINTED = 8  # dots of a print to a pixel of the picture that it fills
 
 
-def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str, str]) -> str:
-    """The pictures that would tell the rivals apart, and show what these could not; empty where none is needed."""
-    sentences = []
+def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str, str]) -> Experiment:
+    """The pictures that would tell the rivals apart, and show what these could not; empty where none is needed.
+
+    What can be printed comes with it.
+    """
+    sentences, asked = [], [name for need, name in _SHOWS.items() if NEEDS[need].lacking in not_excited.values()]
     if len(rivals) > 1:
         name, difference = _most_telling(study, rivals)
+        asked = [name]
         sentences.append(
-            f"Photograph {name}: there the rivals differ by {difference:.1f} grey levels (root mean square)."
+            f"Photograph {name} (next_recording.png, printed so that it fills the picture) in 16 places: there the "
+            f"rivals differ by {difference:.1f} grey levels (root mean square)."
         )
     for reason in sorted(set(not_excited.values())):
         names = ", ".join(name for name, why in not_excited.items() if why == reason)
         sentences.append(f"To see {names}: {_REMEDIES[reason]}, 16 frames.")
-    return " ".join(sentences)
+    return Experiment(" ".join(sentences), target=_printable(study, asked[0]) if asked else None)
+
+
+def _printable(study: Study, name: str) -> np.ndarray:
+    """A target as dots [H, W] of a print, as large as whole pixels of the recording make it."""
+    height, width = (round(size / study.pictures.scale) for size in study.pictures.sim.shape[-2:])
+    dots = (targets(1, height, width)[name][0] * 255).round().to(torch.uint8).numpy()
+    return np.kron(dots, np.ones((_PRINTED, _PRINTED), np.uint8))
 
 
 @torch.inference_mode()
