@@ -23,6 +23,7 @@ from vision_s2r.arm.model import CARRIED, opened
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.errors import UserError
 from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.joint.free_run import free_run
 from vision_s2r.gapbench.generate import arm, arm_bodies
 from vision_s2r.gapbench.generate.arm_bullet import Real
 from vision_s2r.gapbench.score.score import label
@@ -67,7 +68,8 @@ def run(seed: int, out: Path) -> Path:
             truth = _record(name, np.random.default_rng([seed, k]), Path(folder))
             recording = read(Path(folder))
             assert isinstance(recording, ArmRecording)
-            FreeRuns(recording).run({}, 0, rows=2)  # compiles
+            FreeRuns(recording).run({}, 0, rows=2)  # compiles, as the next line does
+            free_run(next(iter(recording.joints.values())), {})
             named, ours = _diagnosed(recording, truth)
             theirs = _identified(sysid, recording, truth)
         rows.append([", ".join(truth), ", ".join(named) or "nothing", *ours.cells, *theirs.cells])
