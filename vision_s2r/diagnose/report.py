@@ -7,7 +7,7 @@ import numpy as np
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
-from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, Simulator
+from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, Simulator, is_slight
 from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
@@ -49,10 +49,18 @@ def verdict(assessor: Assessor, settled: Settled) -> str:
     found, gap, unsteady = settled.found, settled.gap, bool(assessor.case.unsteady)
     if found.effects:
         near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
-        return "explained" if found.adequate and not found.unknown and not unsteady and near else "partly_explained"
+        if found.adequate and not found.unknown and not unsteady and near:
+            return "explained"
+        return "unexplained" if _beside_the_point(assessor.case, settled) else "partly_explained"
     if found.unknown or unsteady or settled.harmful or not assessor.adequate(found.nominal):
         return "unexplained"
     return "no_gap"
+
+
+def _beside_the_point(case: Case, settled: Settled) -> bool:
+    """Whether nothing is named but what is certain, such as an encoder's steps, and that closes none of the gap."""
+    gap, names = settled.gap, settled.found.effects
+    return names <= frozenset(case.certain) and all(is_slight(gap.share(settled.stated[name])) for name in names)
 
 
 def _gap(case: Case, gap: Gap) -> dict[str, Any]:

@@ -1,0 +1,21 @@
+"""The one word that a report begins with."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from vision_s2r.diagnose.report import verdict
+from vision_s2r.fit.gap import Gap
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.0, "unexplained"), (0.4, "partly_explained")])
+def test_an_encoders_steps_that_close_nothing_explain_no_part(share, said):
+    """Real encoders have steps, and a gap that is something else's is not partly theirs."""
+    before = np.full(8, 1.0)
+    gap = Gap(before, before, before * (1 - share), np.full(8, 1e-4), 0)
+    name = "encoder_quantization"
+    found = SimpleNamespace(effects=frozenset({name}), adequate=False, unknown=frozenset({"torque_of_position"}))
+    settled = SimpleNamespace(found=found, gap=gap, stated={name: before * share}, harmful=frozenset())
+    case = SimpleNamespace(unsteady="", certain={name: 5000.0})
+    assert verdict(SimpleNamespace(case=case), settled) == said
