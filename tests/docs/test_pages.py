@@ -91,6 +91,13 @@ def test_tables_and_pictures_are_there():
             assert (ROOT / "renders" / Path(picture).name).exists(), (page, picture)
 
 
+def test_tables_are_of_runs():
+    for path in sorted(tables.DATA.glob("*.json")):
+        data = json.loads(path.read_text(encoding="utf-8"))
+        assert data["command"].startswith(("vision-s2r ", "python -m vision_s2r.")), path.name
+        assert "transcribed" not in data.get("source", ""), path.name
+
+
 def test_the_readme_holds_the_tables_of_the_data():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert tables.refilled(readme) == readme, "python docs/hooks/tables.py README.md writes them anew"
