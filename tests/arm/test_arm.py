@@ -68,6 +68,12 @@ def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
         assert np.sqrt(np.mean((alone[:, 0] - run.states[j, :, 0]) ** 2)) < apart
 
 
+def test_an_encoder_shows_its_own_steps():
+    fine, coarse = (joint_row({"encoder_quantization": {"resolution": 0.05, "offset": each}}) for each in (0.0, 0.02))
+    shown = simulate(the_bodies(), np.array([fine, coarse]), COMMAND, FIRST, T).states[:, 1:, 0]
+    np.testing.assert_allclose(np.mod(shown - [[0.0], [0.02]] + 0.01, 0.05), 0.01, atol=1e-9)
+
+
 def test_a_payload_weighs_on_every_joint_before_it():
     mass, empty = the_bodies().terms(np.zeros(2), np.zeros(2))
     heavy, bias = the_bodies({"payload": {"mass": 0.2, "x": 0.05, "y": 0.0, "z": 0.0}}).terms(np.zeros(2), np.zeros(2))

@@ -147,7 +147,8 @@ def _compile(sources: str) -> tuple[Callable[..., Any], Callable[..., Any], Call
         for j in range(len(machines)):
             machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
             if machine.encoder_quantization_resolution > 0:
-                quantize(out[j], machine.encoder_quantization_resolution, sample_time, times)
+                resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
+                quantize(out[j], resolution, sample_time, times, offset)
 
     return start, advance, show
 
