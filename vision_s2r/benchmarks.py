@@ -59,7 +59,7 @@ def contact(cfg: Config) -> Path:
 
 def sysid(cfg: Config) -> Path:
     """A six-joint arm and 60 s of log: diagnosis, and mujoco.sysid that is told what is wrong."""
-    run = load("vision_s2r.gapbench.sysid:run")  # imports MuJoCo
+    run = load("vision_s2r.sysid:run")  # imports MuJoCo
     path: Path = run(cfg.seed, _out(cfg))
     return path
 

@@ -51,7 +51,16 @@ def commands() -> np.ndarray:
     return np.stack([loop.command for loop in loops])
 
 
-NEUTRAL = ("parallel", "bullet", "errors", "files", "options", "progress")  # rooms that know nothing of joints
+NEUTRAL = (
+    "parallel",
+    "bullet",
+    "errors",
+    "files",
+    "options",
+    "progress",
+    "results",
+    "statistics",
+)  # rooms that know nothing of joints
 
 
 def machine(case: str, index: int, split: str = "tuning", seed: int = 0) -> GeneratedMachine:

@@ -81,5 +81,5 @@ def _row(checkpoints: list[dict[str, Any]]) -> RowConfig:
     return RowConfig(policies, translators, trained_on=checkpoints[0]["policy"]["configuration"]["picture"])
 
 
-def _column(name: str, appearance: str, camera: dict[str, Any] | None) -> Column:
-    return Column(name, appearance, None if camera is None else CameraConfig(**camera))
+def _column(name: str, appearance: str, camera: dict[str, Any] | None, changes: dict[str, float]) -> Column:
+    return Column(name, appearance, None if camera is None else CameraConfig(**camera), changes)

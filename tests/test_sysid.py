@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from vision_s2r import sysid
 from vision_s2r.errors import UserError
-from vision_s2r.gapbench import sysid
 from vision_s2r.gapbench.generate import arm
 from vision_s2r.recording import read
 
