@@ -39,6 +39,9 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     parts = sum(source["lost"] for source in losses["sources"])
     assert abs(parts - (losses["simulated"] - losses["real"])) < 1e-9
     assert "report.html" in closed.stderr and (tmp_path / "out" / "close_gap" / "close_gap.png").exists()
+    table = json.loads((tmp_path / "out" / "close_gap" / "table.json").read_text())  # as the documentation's are
+    assert [row[0] for row in table["rows"]][:2] == ["as it came", "everything randomized"]
+    assert table["command"].startswith("vision-s2r close-gap ") and "close_gap.withheld=1" in table["command"]
     page = tmp_path / "out" / "close_gap" / "robot-0" / "diagnosis" / "report.html"
     assert "from simulation to reality" in page.read_text()
 

@@ -4,6 +4,8 @@
 """
 
 import json
+import shlex
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,16 @@ def publish(path: Path, command: str, columns: Sequence[str], rows: Sequence[Seq
     content = {"command": command, "columns": list(columns), "rows": rounded}
     show(content, title)
     return write(path, json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+
+
+def command_line(usual: str) -> str:
+    """The command that runs, without where it writes and how many jobs it has; `usual` in another program."""
+    program, *words = Path(sys.argv[0]), *sys.argv[1:]
+    if program.parent.name == "scripts":  # a door to the command of its name
+        words = [program.stem.replace("_", "-"), *words]
+    elif program.name not in ("vision-s2r", "__main__.py"):
+        return usual
+    return shlex.join(["vision-s2r", *(word for word in words if not word.startswith(("out=", "jobs=")))])
 
 
 def show(content: Mapping[str, Any], title: str = "") -> None:

@@ -16,7 +16,7 @@ from vision_s2r.close_gap import training
 from vision_s2r.close_gap.beliefs import Belief, blind, diagnosed, known, posterior
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
-from vision_s2r.close_gap.summary import Closed, said, summary
+from vision_s2r.close_gap.summary import Closed, as_table, said, summary
 from vision_s2r.close_gap.task import Task, Way, losses
 from vision_s2r.close_gap.withheld import Withheld, withhold
 from vision_s2r.diagnose.config import DiagnoseConfig
@@ -28,10 +28,11 @@ from vision_s2r.pipeline import render_sets
 from vision_s2r.recording.folders import folders
 from vision_s2r.render import Views
 from vision_s2r.report.robot import html
+from vision_s2r.results import command_line, publish
 from vision_s2r.scene.machine import Machine
 
 log = logging.getLogger(__name__)
-SUMMARY, PICTURE, COSTS = "close_gap.json", "close_gap.png", "costs.json"
+SUMMARY, PICTURE, TABLE, COSTS = "close_gap.json", "close_gap.png", "table.json", "costs.json"
 
 
 def close_gap(cfg: CloseGapStudyConfig) -> Path:
@@ -148,5 +149,6 @@ def _save(cfg: CloseGapStudyConfig, closed: list[Closed], out: Path) -> None:
     content = summary(closed, cfg.seed)
     write(out / SUMMARY, json.dumps(finite(content), indent=1) + "\n")
     draw(content["robots"], out / PICTURE)
+    publish(out / TABLE, command_line("vision-s2r close-gap"), *as_table(content))
     for line in said(content):
         log.info("%s", line)

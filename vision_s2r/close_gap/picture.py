@@ -6,16 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
+from vision_s2r.close_gap.summary import LABELS
 from vision_s2r.files import write_figure
 from vision_s2r.statistics import wilson
 
-LABELS = {
-    "as_it_came": "as it came",
-    "everything": "everything randomized",
-    "diagnosed": "after the diagnosis",
-    "posterior": "its posterior as ranges",
-    "true_effects": "true effects known",
-}
 COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#7fb2ea", "#2b9348")
 
 

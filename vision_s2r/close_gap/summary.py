@@ -8,8 +8,18 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.close_gap.withheld import Withheld
+from vision_s2r.evaluate.publish import percent
 from vision_s2r.scene.machine import Machine
 from vision_s2r.statistics import interval, wilson
+
+COSTS = ("grasps", "pictures", "minutes")
+LABELS = {
+    "as_it_came": "as it came",
+    "everything": "everything randomized",
+    "diagnosed": "after the diagnosis",
+    "posterior": "its posterior as ranges",
+    "true_effects": "true effects known",
+}
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,19 @@ def _difference(first: np.ndarray, second: np.ndarray, seed: int) -> dict[str, f
     each = (first - second).ravel()
     low, high = interval(partial(_mean, each), len(each), seed)
     return {"value": float(each.mean()), "low": low, "high": high}
+
+
+def as_table(content: Mapping[str, Any]) -> tuple[list[str], list[list[Any]]]:
+    """`columns` and `rows` of a page of results: what each row holds and wins over all robots, and costs on each."""
+    rows = []
+    for row, held in content["rows"].items():
+        over = content["over_as_it_came"].get(row)
+        cells = [percent(held), percent(over) if over else ""]
+        spent = [float(np.mean([one["costs"][row][key] for one in content["robots"]])) for key in COSTS]
+        rows.append([LABELS[row], *cells, *(float(f"{each:.3g}") for each in spent)])
+    count = sum(one["attempts"] for one in content["robots"])
+    titles = [f"{len(content['robots'])} robots, {count} grasps a row", "held, %", "over as it came, points"]
+    return [*titles, *(f"{key} a robot" for key in COSTS)], rows
 
 
 def said(content: Mapping[str, Any]) -> Iterator[str]:

@@ -22,6 +22,7 @@ from vision_s2r.evaluate.evaluate import evaluate
 from vision_s2r.evaluate.publish import percent
 from vision_s2r.evaluate.sensitivity_config import SensitivityConfig, check
 from vision_s2r.files import write, write_figure, write_table
+from vision_s2r.results import command_line
 from vision_s2r.scene import SceneConfig
 
 SUMMARY, CSV, PICTURE, TABLE = "sensitivity.json", "sensitivity.csv", "sensitivity.png", "table.json"
@@ -73,7 +74,7 @@ def as_table(points: list[dict[str, Any]]) -> dict[str, Any]:
     none = {row: point for (_, row, strength), point in at_each.items() if not strength}
     rows.append(["none", *(percent(none[row]) for row, _ in pairs)])
     columns = ["effect alone", *(f"{row.replace('_', ' ')}, × {strength:g}" for row, strength in pairs)]
-    return {"command": "vision-s2r sensitivity", "columns": columns, "rows": rows}
+    return {"command": command_line("vision-s2r sensitivity"), "columns": columns, "rows": rows}
 
 
 def column(name: str, strength: float) -> str:

@@ -1,6 +1,5 @@
 """What the benchmark of the translator shows: a figure, and a table."""
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -35,15 +34,15 @@ def as_table(found: dict[str, Any]) -> dict[str, Any]:
     networks, error = found["networks"], found["error"]
     done, fastest = "step_operations_per_second", "ceiling_operations_per_second"
     after = f"after {found['minutes']:g} min"
-    measured: dict[str, Iterable[float]] = {
-        "parameters": (network["parameters"] for network in networks.values()),
-        "inference, ms a picture": (network["inference_milliseconds"] for network in networks.values()),
-        "training, pictures/s: the network alone": (n["step_pictures_per_second"] for n in networks.values()),
-        "training, pictures/s: in the loop": (n["loop_pictures_per_second"] for n in networks.values()),
-        "GFLOP/s: the network alone": (network[done] / 1e9 for network in networks.values()),
-        "GFLOP/s: the fastest 3 × 3 convolution here": (network[fastest] / 1e9 for network in networks.values()),
-        "share of that, %": (100 * network[done] / network[fastest] for network in networks.values()),
-        **{f"{key} {after}": (n["curve"][-1][key] for n in networks.values()) for key in (error, "object_l1")},
+    measured: dict[str, list[float]] = {
+        "parameters": [network["parameters"] for network in networks.values()],
+        "inference, ms a picture": [network["inference_milliseconds"] for network in networks.values()],
+        "training, pictures/s: the network alone": [n["step_pictures_per_second"] for n in networks.values()],
+        "training, pictures/s: in the loop": [n["loop_pictures_per_second"] for n in networks.values()],
+        "GFLOP/s: the network alone": [network[done] / 1e9 for network in networks.values()],
+        "GFLOP/s: the fastest 3 × 3 convolution here": [network[fastest] / 1e9 for network in networks.values()],
+        "share of that, %": [100 * network[done] / network[fastest] for network in networks.values()],
+        **{f"{key} {after}": [n["curve"][-1][key] for n in networks.values()] for key in (error, "object_l1")},
     }
     rows: list[list[Any]] = [[title, *values] for title, values in measured.items()]
     compared = {
