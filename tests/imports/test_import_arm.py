@@ -18,15 +18,15 @@ T = np.arange(800) * 0.05
 POSITION = np.stack([0.9 * np.sin(0.35 * T), 1.1 * np.sin(0.5 * T + 1)], axis=1)
 
 
-def the_tables():
+def the_tables(position=POSITION, noise=0.0, sign=SIGN, zero=ZERO):
     """A slow motion of two servos that give way to weight, logged by an elbow that counts the other way."""
-    bodies = Bodies(ArmModel(TWO_LINKS), list(SIGN), {})
-    load = np.array([bodies.terms(q, np.zeros(2))[1] for q in POSITION])
-    target = POSITION + (load + 0.05 * np.sign(np.gradient(POSITION, axis=0))) / 60
+    bodies = Bodies(ArmModel(TWO_LINKS), list(sign), {})
+    load = np.array([bodies.terms(q, np.zeros(2))[1] for q in position])
+    target = position + (load + 0.05 * np.sign(np.gradient(position, axis=0))) / 60 + noise
     tables = []
-    for j, name in enumerate(SIGN):
-        rows = {"target": target[:, j], "position": POSITION[:, j]}
-        columns = {key: SIGN[name] * (values - ZERO[name]) for key, values in rows.items()}
+    for j, name in enumerate(sign):
+        rows = {"target": target[:, j], "position": position[:, j]}
+        columns = {key: sign[name] * (values - zero[name]) for key, values in rows.items()}
         tables.append(JointTable(f"motion/{name}", {"episode": np.zeros(len(T)), "t": T} | columns, "sts3215"))
     return tables
 
@@ -46,3 +46,12 @@ def test_gravity_tells_the_sign_and_the_zero_of_a_joint(tmp_path):
 def test_a_joint_that_the_model_lacks_is_said():
     with pytest.raises(UserError, match=r"no joint 'elbw' in two_links\.xml, did you mean 'elbow'"):
         place(the_tables(), ArmModel(TWO_LINKS), {"shoulder": "shoulder", "elbow": "elbw"})
+
+
+def test_where_weight_says_little_of_the_zeros_they_are_the_models_own():
+    noise = np.random.default_rng(0).normal(0, 2e-3, POSITION.shape)
+    upright = dict.fromkeys(SIGN, 1)
+    tables = the_tables(0.2 * POSITION + 0.5, noise, upright, dict.fromkeys(SIGN, 0.0))
+    placed = place(tables, ArmModel(TWO_LINKS), {"shoulder": "shoulder", "elbow": "elbow"})
+    assert placed.sign == upright and set(placed.zero.values()) == {0.0}
+    assert "no other zero" in placed.why["elbow"]

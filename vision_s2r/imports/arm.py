@@ -2,7 +2,8 @@
 
 Logs say none of it. A position servo gives way by what weighs on it: its error is the load over its gain, friction
 aside. The signs and zeros are those under which the model's weight explains the errors of slow motion best, within the
-limits of the model's joints.
+limits of the model's joints; the model's own zeros, where those explain them about as well, since whoever calibrated the
+arm is likely to have meant them.
 """
 
 import itertools
@@ -40,6 +41,8 @@ GRID = 5  # places of each zero from which the best of all is looked for
 SIDE, EVALUATIONS = 0.15, 150  # rad of the first simplex of zeros, and how often weights are worked out
 BEYOND = 0.05  # rad beyond a limit, that encoders may show
 MIRROR = "; its mirror image, all of these turned round, weighs the same"
+SURE = 1.3  # times as much of the errors' variance has to be left by what is likelier beforehand, to be given up
+FIRM = 0.2  # of that variance, that zeros other than the model's leave at most: below, weight is what one sees
 CLEAR = 0.05  # of the errors' variance that another sign must leave more, for a sign to be sure
 
 
@@ -73,15 +76,20 @@ def place(tables: Sequence[JointTable], model: ArmModel, given: Mapping[str, str
     weigh = _Weight(Bodies(model, list(names.values()), {}), position, error, speeds[rows])
     low, high = (np.array([getattr(model.joints[name], end) for name in names.values()]) for end in ("low", "high"))
     heavy = weigh.heavy()
-    tried = []
+    own, free = [], []
     for signs in itertools.product((1, -1), repeat=int(heavy.sum())):
         sign = np.ones(len(names))
         sign[heavy] = signs
-        zero, left = _zeros(weigh, sign, heavy, low, high)
-        tried.append((left, sign, zero))
-    left, sign, zero = min(tried, key=lambda each: each[0])
+        least, most = _within(weigh, sign, low, high)
+        zero = np.clip(0.0, least, most)
+        own.append((weigh.left(sign, zero, heavy), sign, zero))
+        free.append(_zeros(weigh, sign, heavy, least, most))
+    chosen, tried = _likeliest(own), own
+    if (other := min(free, key=_left))[0] < min(chosen[0] / SURE, FIRM):
+        chosen, tried = other, free
+    left, sign, zero = chosen
     mirrored = next(each for each in tried if (each[1] == -sign)[heavy].all())
-    ambiguous = mirrored[0] < left + CLEAR
+    ambiguous = tried is free and mirrored[0] < left + CLEAR
     if ambiguous and mirrored[1].sum() > sign.sum():  # an arm and its mirror image weigh the same: as the log has more
         left, sign, zero = mirrored
     why = {}
@@ -91,7 +99,9 @@ def place(tables: Sequence[JointTable], model: ArmModel, given: Mapping[str, str
             continue
         others = [each[0] for each in tried if each[1][j] != sign[j] and (each[1] == sign)[heavy].any()]
         worse = min(others, default=1.0) - left
-        why[name] = f"gravity, of which the other sign explains {100 * worse:.0f} % less" + MIRROR * ambiguous
+        tells = f"gravity, of which the other sign explains {100 * worse:.0f} % less"
+        why[name] = tells if worse > CLEAR or tried is free else "gravity does not tell: as the log has it"
+        why[name] += "; no other zero is clearly better" if tried is own else MIRROR * ambiguous
     keyed = dict(zip(logged, range(len(logged)), strict=True))
     return Placed(
         names,
@@ -210,7 +220,7 @@ class _Weight:
     """What the model's weight explains of servo errors [N, J], under signs and zeros."""
 
     def __init__(self, bodies: Bodies, position: np.ndarray, error: np.ndarray, speed: np.ndarray) -> None:
-        self._bodies, self._position, self._error = bodies, position, error
+        self._bodies, self.position, self._error = bodies, position, error
         self._drag = np.stack([speed, np.sign(speed)], axis=-1)
         self._still = np.zeros(position.shape[1])
         # Of a joint at rest, friction holds as much as it likes.
@@ -218,12 +228,14 @@ class _Weight:
 
     def heavy(self) -> np.ndarray:
         """Whether enough weighs on a joint [J] to tell its sign."""
-        size = np.abs(self._loads(self._position)).max(axis=0)
+        size = np.abs(self._loads(self.position)).max(axis=0)
         return np.asarray(size > HEAVY * size.max())
 
     def left(self, sign: np.ndarray, zero: np.ndarray, heavy: np.ndarray) -> float:
         """The part of what friction leaves of the errors' variance that weight leaves too, over heavy joints."""
-        loads = self._loads(sign * self._position + zero)
+        if not heavy.any():
+            return 1.0
+        loads = self._loads(sign * self.position + zero)
         parts = []
         for j in np.flatnonzero(heavy):
             rows = self._moves[:, j]
@@ -239,17 +251,31 @@ class _Weight:
         return np.array([self._bodies.terms(q, self._still)[1] for q in position])
 
 
-def _zeros(
-    weigh: _Weight, sign: np.ndarray, heavy: np.ndarray, low: np.ndarray, high: np.ndarray
-) -> tuple[np.ndarray, float]:
-    """The zeros [J] of joints that weight tells, those of the others 0 or what limits ask for; and what is left."""
-    ends = np.sort(sign[:, None] * np.stack([weigh._position.min(axis=0), weigh._position.max(axis=0)], axis=1), axis=1)
+def _likeliest(own: list[tuple[float, np.ndarray, np.ndarray]]) -> tuple[float, np.ndarray, np.ndarray]:
+    """As the log has it, the first, but where other signs leave clearly less."""
+    best = min(own, key=_left)
+    return own[0] if own[0][0] < SURE * best[0] else best
+
+
+def _left(each: tuple[float, np.ndarray, np.ndarray]) -> float:
+    return each[0]
+
+
+def _within(weigh: _Weight, sign: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The least and largest zeros [J] under which the log stays within the joints' limits."""
+    ends = np.sort(sign[:, None] * np.stack([weigh.position.min(axis=0), weigh.position.max(axis=0)], axis=1), axis=1)
     least, most = low - BEYOND - ends[:, 0], high + BEYOND - ends[:, 1]
     least, most = np.minimum(least, most), np.maximum(least, most)
-    least, most = np.clip(least, -FARTHEST, FARTHEST), np.clip(most, -FARTHEST, FARTHEST)
+    return np.clip(least, -FARTHEST, FARTHEST), np.clip(most, -FARTHEST, FARTHEST)
+
+
+def _zeros(
+    weigh: _Weight, sign: np.ndarray, heavy: np.ndarray, least: np.ndarray, most: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """What is left, the signs, and the zeros [J] of joints that weight tells, others' 0 or what limits ask for."""
     zero = np.clip(0.0, least, most)
     if not heavy.any():
-        return zero, 1.0
+        return 1.0, sign, zero
 
     def left(some: np.ndarray) -> float:
         whole = zero.copy()
@@ -262,4 +288,4 @@ def _zeros(
     options = {"maxfev": EVALUATIONS, "xatol": 2e-3, "fatol": 1e-4, "initial_simplex": start}
     found = minimize(left, zero[heavy], method="Nelder-Mead", options=options)
     zero[heavy] = np.clip(found.x, least[heavy], most[heavy])
-    return zero, float(found.fun)
+    return float(found.fun), sign, zero
