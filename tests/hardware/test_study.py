@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recordings import NOMINAL
+from recordings import NOMINAL, an_arm
 
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.errors import UserError
+from vision_s2r.hardware import arms
 from vision_s2r.hardware import study as hardware
 from vision_s2r.hardware.config import HardwareConfig
 from vision_s2r.joint import NominalJoint, pack, simulate
@@ -50,6 +51,22 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
     assert all(row[1:] == ["none seen", "–", "used"] for row in sensors["rows"])
     assert [row[0] for row in identified["rows"]] == ["axis, one", "axis, two"]
     assert all(row[4] < 0.2 for row in identified["rows"])
+
+
+def test_an_arm_is_diagnosed_from_one_motion_and_tried_on_the_others(tmp_path, monkeypatch):
+    for name, seed in (("one", 3), ("two", 4)):
+        effects = {"elbow": {"viscous_damping": {"value": 2.5}}}
+        write(an_arm(effects, seconds=3.0, seed=seed), tmp_path / "logs" / "arm" / name)
+    monkeypatch.setattr(arms, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
+    cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"), only=["arm/one"])
+    found = {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}["arms"]
+    ((motion, diagnosis, own, other, mean),) = found["rows"]
+    assert motion == "one" and "elbow: viscous damping 2.5 " in diagnosis and own.endswith(" *") and mean == other
+    before, after = (float(part) for part in other.partition(";")[0].split(" → "))
+    assert after < 0.05 * before and " mm" in other
+    monkeypatch.setattr(arms, "diagnose", None)  # its report is there
+    (tmp_path / "out" / "reports" / "arm" / "one" / "arm.json").unlink()
+    assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}["arms"] == found
 
 
 def test_a_folder_without_logs_is_one_line(tmp_path):

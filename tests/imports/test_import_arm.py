@@ -36,16 +36,24 @@ def test_gravity_tells_the_sign_and_the_zero_of_a_joint(tmp_path):
     assert placed.sign == SIGN
     assert placed.zero == pytest.approx(ZERO, abs=0.05)
     assert placed.explained > 0.8 and "other sign explains" in placed.why["elbow"]
-    options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"})
+    options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"}, tip="tool")
     ((folder, summary),) = write_arms(the_tables(), tmp_path / "arm", options)
     recording = read(folder)
-    assert list(recording.joints) == ["shoulder", "elbow"] and "−elbow" in summary["joints"][1]
+    assert (
+        list(recording.joints) == ["shoulder", "elbow"] and recording.tip == "tool" and "−elbow" in summary["joints"][1]
+    )
     np.testing.assert_allclose(recording.position[0], POSITION, atol=0.06)
 
 
 def test_a_joint_that_the_model_lacks_is_said():
     with pytest.raises(UserError, match=r"no joint 'elbw' in two_links\.xml, did you mean 'elbow'"):
         place(the_tables(), ArmModel(TWO_LINKS), {"shoulder": "shoulder", "elbow": "elbw"})
+
+
+def test_a_tip_that_the_model_lacks_is_said(tmp_path):
+    options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"}, tip="tol")
+    with pytest.raises(UserError, match=r"tip: no 'tol' in two_links\.xml, did you mean 'tool'"):
+        write_arms(the_tables(), tmp_path / "arm", options)
 
 
 def test_where_weight_says_little_of_the_zeros_they_are_the_models_own():

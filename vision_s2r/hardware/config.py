@@ -12,13 +12,15 @@ from vision_s2r.options import option, validate
 class HardwareConfig:
     """Everything that `vision-s2r hardware` reads."""
 
-    path: str = option("", "Folder of logs: recordings of joints, motions of SAGE, benches of BAM, however deep in it.")
+    path: str = option(
+        "", "Folder of logs: recordings of joints or arms, motions of SAGE, benches of BAM, however deep in it."
+    )
     out: str = option(
         "outputs/hardware", "Folder of recordings/, reports/ and tables; what is measured there is not measured again."
     )
     only: list[str] = option([], "Measure now only what has one of these in its name (so101/Wrist_Roll); empty: all.")
     diagnose: bool = option(
-        True, "Diagnose each; false: only identify the nominal values, in seconds, and try them on the others."
+        True, "Diagnose each; false: only identify joints' nominal values, in seconds, and try them on the others."
     )
     jobs: int = option(1, "Threads of a diagnosis.", low=1)
 

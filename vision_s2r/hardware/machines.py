@@ -36,7 +36,7 @@ def machines(path: Path, imported: Path) -> list[MachineRecordings]:
     found: dict[str, dict[str, Path]] = {}
     for folder in sorted(each for each in [path, *path.rglob("*")] if each.is_dir()):
         name = str(folder.relative_to(path))
-        if _is_joint(folder):
+        if _is_recording(folder):
             found.setdefault(_named(folder.parent if folder != path else path, path), {})[folder.name] = folder
         elif any(folder.glob("*/control.csv")):
             _import("sage", folder, imported / name)
@@ -47,13 +47,18 @@ def machines(path: Path, imported: Path) -> list[MachineRecordings]:
             _import("bam", folder, imported / name)
             found.setdefault(_named(folder, path), {})["all logs"] = imported / name
     if not found:
-        raise UserError(f"{path}: no logs in it, expected recordings of joints, motions of SAGE or benches of BAM")
+        raise UserError(
+            f"{path}: no logs in it, expected recordings of joints or arms, motions of SAGE or benches of BAM"
+        )
     return [MachineRecordings(name, recordings) for name, recordings in sorted(found.items())]
 
 
-def _is_joint(folder: Path) -> bool:
+def _is_recording(folder: Path) -> bool:
     header = folder / "recording.yaml"
-    return header.is_file() and "kind: joint" in header.read_text(encoding="utf-8")
+    if not header.is_file():
+        return False
+    content = header.read_text(encoding="utf-8")
+    return "kind: joint" in content or "kind: arm" in content
 
 
 def _named(folder: Path, path: Path) -> str:

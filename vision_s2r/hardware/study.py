@@ -13,6 +13,7 @@ from vision_s2r.files import write
 from vision_s2r.fit.case import NOMINAL, Names, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
+from vision_s2r.hardware.arms import arm_table, is_arm, measured_arm
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
@@ -32,7 +33,7 @@ MODELS: dict[str, Names] = {
     "M3 and back-EMF": frozenset({"back_emf", "load_dependent_friction"}),
 }
 FREE = frozenset({"inertia", "viscous_damping", "coulomb_friction"})  # beside them, and a servo's gains
-IDENTIFIED = "identified.json"
+IDENTIFIED, ARM = "identified.json", "arm.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
 
@@ -52,6 +53,10 @@ def study(cfg: HardwareConfig) -> list[Path]:
     ]
     for machine, motion in tracked(wanted, len(wanted), "recordings"):
         folder = out / "reports" / machine.name / motion.replace(" ", "_")
+        if is_arm(machine):
+            if cfg.diagnose and not (folder / ARM).exists():
+                _write(folder / ARM, measured_arm(machine, motion, folder, cfg.jobs))
+            continue
         if not cfg.diagnose:
             if not (folder / IDENTIFIED).exists():
                 _write(folder / IDENTIFIED, _identified(machine, motion))
@@ -71,6 +76,8 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     tables |= {"hardware": table(list(done.values()), experts)} if done else {}
     if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
         tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
+    if arms := [_read(each) for each in sorted(out.glob(f"reports/**/{ARM}"))]:
+        tables["arms"] = arm_table([each for each in arms if each["machine"] in experts])
     for folder, measured in done.items():
         if (folder / "left_out.json").exists() and (errors := _read(folder / "left_out.json")):
             tables[Path(measured["machine"]).name] = friction_table(measured, errors)

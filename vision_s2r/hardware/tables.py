@@ -100,15 +100,14 @@ def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str
 
 
 def _names(measured: Mapping[str, Any]) -> str:
-    named = [
-        f"{each['name'].replace('_', ' ')} "
-        + ", ".join(
-            f"{one['value']:.3g}{'' if one['unit'] == '–' else ' ' + one['unit']}"
-            for one in each["parameters"].values()
-        )
-        for each in measured["effects"]
-    ]
-    return "; ".join(named) or "no name"
+    return "; ".join(named(each) for each in measured["effects"]) or "no name"
+
+
+def named(effect: Mapping[str, Any]) -> str:
+    """An effect of a report and its values, in words."""
+    return f"{effect['name'].replace('_', ' ')} " + ", ".join(
+        f"{one['value']:.3g}{'' if one['unit'] == '–' else ' ' + one['unit']}" for one in effect["parameters"].values()
+    )
 
 
 def _refitted(measured: Mapping[str, Any]) -> str:

@@ -2,7 +2,7 @@
 
 Logs say none of it. A position servo gives way by what weighs on it: its error is the load over its gain, friction
 aside. The signs and zeros are those under which the model's weight explains the errors of slow motion best, within the
-limits of the model's joints; the model's own zeros, where those explain them about as well, since whoever calibrated the
+limits of the joints; the model's own zeros, where those explain them about as well, since whoever calibrated the
 arm is likely to have meant them.
 """
 
@@ -119,6 +119,8 @@ def write_arms(tables: Sequence[JointTable], out: Path, options: ImportOptions) 
     UserError where the log is of no position servos, or the drive is not known.
     """
     model = ArmModel(Path(options.model))
+    if options.tip and options.tip not in model.places():
+        raise UserError(f"tip: no '{options.tip}' in {model.path.name}, {nearest(options.tip, model.places())}")
     if lacking := [table.name for table in tables if not {"target", "position"} <= table.columns.keys()]:
         raise UserError(f"{lacking[0]}: no target in the log, expected position servos for an arm")
     if all(table.of_model for table in tables) and not options.joints:
@@ -171,7 +173,8 @@ def _write(
         for key, ours in (("target", "command"), ("position", "position")):
             columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
     step = float(np.median(np.diff(columns["t"])))
-    head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, "joints": drives}
+    tip = {"tip": options.tip} if options.tip else {}
+    head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, **tip, "joints": drives}
     write(folder / "arm.csv", table_text(list(columns), np.column_stack(list(columns.values()))))
     write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
     shutil.copy(model.path, folder / model.path.name)

@@ -18,6 +18,7 @@ class ImportOptions:
     units: str = option("rotary", "Of the joint.", choices=("rotary", "linear"))
     model: str = option("", "An arm's MJCF or URDF: the joints of the log then become one recording of an arm.")
     joints: dict[str, str] = option({}, "Which joint of the model each of the log is; in their order if empty.")
+    tip: str = option("", "The body or site of the model whose place is the task's: its error is reported too, in mm.")
     topics: dict[str, str] = option(
         {},
         "bag: topics of the measured state and of the command, where it is not plain: +topics={command: /goals}.",
