@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROWS = {"oracle", "no_translation", "domain_randomization", "conditional_gan", "rcan", "cyclegan", "rl_cyclegan"}
 POLICIES = {"cyclegan_policy", "graspgan_policy", "rl_cyclegan_policy"}
 
@@ -30,6 +32,7 @@ def test_an_unknown_method_is_named_before_anything_is_rendered(tmp_path):
     assert list(tmp_path.rglob("*.npz")) == []
 
 
+@pytest.mark.slow
 def test_methods_and_few_real_grasps(tmp_path):
     compared = _run(tmp_path, "compare")
     assert compared.returncode == 0, compared.stderr
