@@ -56,6 +56,16 @@ def test_a_tip_that_the_model_lacks_is_said(tmp_path):
         write_arms(the_tables(), tmp_path / "arm", options)
 
 
+def test_a_known_servo_brings_its_whole_law(tmp_path):
+    """The damping of a model's own servo belongs to its own gain."""
+    model = tmp_path / "damped.xml"
+    model.write_text(TWO_LINKS.read_text().replace('kp="60"', 'kp="60" kv="3"'))
+    options = ImportOptions(model=str(model), joints={"shoulder": "shoulder", "elbow": "elbow"})
+    ((folder, _),) = write_arms(the_tables(), tmp_path / "arm", options)
+    nominal = read(folder).joints["elbow"].nominal
+    assert (nominal["proportional_gain"], nominal["derivative_gain"]) == (17.8, 0.0)
+
+
 def test_where_weight_says_little_of_the_zeros_they_are_the_models_own():
     noise = np.random.default_rng(0).normal(0, 2e-3, POSITION.shape)
     upright = dict.fromkeys(SIGN, 1)

@@ -165,6 +165,8 @@ def _write(
         joint = table.name.split("/")[-1]
         known = known_drive(options.drive or table.drive)
         nominal, law = {**known.nominal, **options.nominal}, {**known.control, **options.control}
+        if "proportional" in law:  # one servo's law: the model's derivative gain goes with its own proportional one
+            law = {"derivative": 0.0, **law}
         given = {key: law.get(theirs) for key, theirs in LAW.items()}
         given |= {key: nominal.get(theirs) for key, theirs in BELIEFS.items()}
         name = placed.names[joint]
