@@ -53,7 +53,7 @@ DRIVES: Mapping[str, Mapping[str, tuple[str, tuple[float, float]]]] = {
 }
 FRICTION = (0.2, 0.35)  # between objects and fingers
 FIELDS = ("coulomb_friction", "viscous_damping")  # of one value, by the benchmark's drive's names
-LOOP, SAMPLE = 2e-4, 0.01  # s between two looks of a servo (one that held its torque longer would be late), and rows
+STEP, SAMPLE = 1e-4, 0.01  # s, of the integrator and of rows
 EPISODES, SECONDS = 6, 4.0
 REACH = {"shoulder": 0.4, "elbow": 0.4, "lift": 0.06, "wrist": 0.5}  # rad or m, of what is commanded
 NOISE = 1e-4  # rad or m, of an encoder
@@ -138,23 +138,21 @@ def log_of(name: str, effects: Mapping[str, Mapping[str, float]], rng: np.random
     """Steps and sines that a drive was sent, and what it did."""
     nominal = NOMINAL[name]
     given = {effect: values["value"] for effect, values in effects.items() if effect in FIELDS}
-    drive = DriveModel(1.0, nominal.inertia, nominal.viscous_damping, nominal.coulomb_friction)._replace(**given)
-    gain = nominal.proportional_gain or 0.0
-    delay = effects.get("latency", {"delay": 0.0})["delay"]
+    # The law acts inside the integrator: one that held its torque for 0.2 ms was late enough to be named a damping.
+    drive = DriveModel(
+        *(1.0, nominal.inertia, nominal.viscous_damping, nominal.coulomb_friction),
+        proportional_gain=nominal.proportional_gain or 0.0,
+        derivative_gain=nominal.derivative_gain,
+        command_limit=nominal.command_limit,
+        delay=effects.get("latency", {"delay": 0.0})["delay"],
+    )._replace(**given)
     rows = round(SECONDS / SAMPLE)
-    per_row = round(SAMPLE / LOOP)
+    nothing = np.zeros((rows, 2))
     target, position = np.empty((EPISODES, rows)), np.empty((EPISODES, rows))
     for e in range(EPISODES):
         target[e] = _sent(rows, rng) * REACH[name]
-        late = np.arange(rows * per_row) * LOOP - delay
-        held = target[e, np.clip(np.floor(late / SAMPLE + 1e-9).astype(int), 0, rows - 1)]
-        reference = np.stack([held, np.zeros_like(held)], axis=1)
-        nothing = np.zeros(len(held))
-        loop = PositionLoop(
-            nothing, reference, np.zeros_like(reference), gain, nominal.derivative_gain, nominal.command_limit
-        )
-        motion, _ = run(drive, loop, np.array([target[e, 0], 0.0]), LOOP, LOOP / 2)
-        position[e] = motion[::per_row, 0]
+        motion, _ = run(drive, PositionLoop(target[e], nothing, nothing), nothing[0], SAMPLE, STEP)
+        position[e] = motion[:, 0]
     return JointRecording(
         nominal={key: value for key, value in asdict(nominal).items() if value is not None},
         sample_time=SAMPLE,
