@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import mujoco
 import numpy as np
 
+from vision_s2r.arm import rigid
 from vision_s2r.arm.effect import BASE_TILT, PAYLOAD, tilted
 from vision_s2r.arm.model import CARRIED, WEIGHTLESS, ArmModel
 
@@ -40,21 +41,18 @@ class Bodies:
         for name, value in hold.items():
             self._data.qpos[self._model.joint(name).qposadr[0]] = value
         self._model.dof_armature[:] = 0.0  # the rotor's is the drive's
-        self._qpos = np.array([self._model.joint(name).qposadr[0] for name in joints])
-        self._dof = np.array([self._model.joint(name).dofadr[0] for name in joints])
-        self._block = np.ix_(self._dof, self._dof)
-        self._full = np.zeros((self._model.nv, self._model.nv))
+        at = np.array([self._model.joint(name).qposadr[0] for name in joints])
+        degree = np.array([self._model.joint(name).dofadr[0] for name in joints])
+        every = self._model.nv
+        views = (self._data.qpos, self._data.qvel, at, degree, np.zeros((every, every)), np.zeros(every))
+        self.rigid = rigid.Rigid(self._model._address, self._data._address, *views)  # of what this object keeps
         self._tip = _tip(self._model, tip)
 
     def terms(self, position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), at positions and velocities [J]."""
-        model, data = self._model, self._data
-        data.qpos[self._qpos] = position
-        data.qvel[self._dof] = velocity
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        mujoco.mj_fullM(model, data, self._full)
-        return self._full[self._block], data.qfrc_bias[self._dof]
+        mass, bias = np.empty((len(position), len(position))), np.empty(len(position))
+        rigid.evaluate(self.rigid, _plain(position), _plain(velocity), mass, bias)
+        return mass, bias
 
     def loads(
         self, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
@@ -64,11 +62,8 @@ class Bodies:
         Along a motion [N, J] (rad, rad/s, rad/s²). The torque is −(Σ M_jk·q̈_k + c_j + g_j) over k ≠ j.
         """
         torque, inertia = np.empty(position.shape), np.empty(position.shape)
-        for k, (q, v, a) in enumerate(zip(position, velocity, acceleration, strict=True)):
-            mass, bias = self.terms(q, v)
-            own = np.diagonal(mass)
-            torque[k] = own * a - mass @ a - bias
-            inertia[k] = own
+        motion = (_plain(position), _plain(velocity), _plain(acceleration))
+        rigid.along(self.rigid, motion, torque, inertia)
         return torque, inertia
 
     def tip(self, position: np.ndarray) -> np.ndarray | None:
@@ -77,7 +72,7 @@ class Bodies:
             return None
         places = np.empty((len(position), 3))
         for k, q in enumerate(position):
-            self._data.qpos[self._qpos] = q
+            self._data.qpos[self.rigid.at] = q
             mujoco.mj_kinematics(self._model, self._data)
             places[k] = self._tip_of()
         return places
@@ -93,3 +88,8 @@ def _tip(model: mujoco.MjModel, name: str | None) -> tuple[str, int] | None:
         return None
     site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
     return ("site", site) if site >= 0 else ("body", mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name))
+
+
+def _plain(values: np.ndarray) -> np.ndarray:
+    """Of one type, so that what takes it is compiled once."""
+    return np.require(values, np.float64, ("C", "W"))

@@ -12,7 +12,6 @@ from vision_s2r.joint.tables import Tables
 
 STEP, SHORTEST = 0.002, 0.00025  # s
 SWING = 0.25  # rad of a servo's oscillation in a step
-ROUNDING = 1e-6  # of a part of the time between two rows
 
 _INERTIA, _GAIN = COLUMNS.index("inertia"), COLUMNS.index("proportional_gain")
 
@@ -55,29 +54,12 @@ def simulate(
     parts = max(math.ceil(sample_time / longest - 1e-9), 1)
     step = sample_time / parts
     tables = Tables().array()
-    states, rates = np.zeros((joints, sweep.STATE)), np.zeros(joints)
+    states = np.zeros((joints, sweep.STATE))
     sweep.start(machines, tables, first, states)
-    acting = np.tile(np.array([-1, 0], dtype=np.int64), (joints, 1))  # rows of the commands that act
-    points = np.stack([first[:, 0], np.zeros(joints)], axis=1)
     out = np.full((joints, samples, 2), np.nan)
     out[:, 0] = first
-    load, steps = np.zeros((samples * parts, joints)), np.zeros((samples * parts, 1))
-    row, count = 1, 0
-    while row < samples:
-        position, velocity = states[:, 0], states[:, 1]
-        halfway = velocity + 0.5 * step * rates
-        mass, bias = bodies.terms(position + 0.25 * step * (velocity + halfway), halfway)
-        share = (count * step - times[row - 1]) / (times[row] - times[row - 1])
-        at = (row - 1) * parts + min(int(share * parts + ROUNDING), parts - 1)
-        row = sweep.advance(
-            machines, command, times, first, acting, points, states, rates, np.ascontiguousarray(mass), bias, tables,
-            count * step, step, row, out,
-        )  # fmt: skip
-        load[at] += np.diagonal(mass) * rates - mass @ rates - bias
-        steps[at] += 1
-        count += 1
-        if not np.isfinite(states).all():
-            break
+    load, steps = np.zeros((samples * parts, joints)), np.zeros(samples * parts)
+    sweep.run(bodies.rigid, machines, command, times, first, states, tables, step, parts, out, load, steps)
     sweep.show(machines, sample_time, times[:samples], out)
     return ArmRun(out, _filled(load, steps))
 
@@ -91,5 +73,5 @@ def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:
 
 def _filled(load: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Means; where no step began in a part, those before."""
-    last = np.maximum.accumulate(np.where(steps[:, 0] > 0, np.arange(len(steps)), 0))
-    return (load / np.maximum(steps, 1))[last]
+    last = np.maximum.accumulate(np.where(steps > 0, np.arange(len(steps)), 0))
+    return (load / np.maximum(steps, 1)[:, None])[last]

@@ -154,28 +154,28 @@ def _held(
     it is then, for which share of the step, and the row (part of a row) at the end; `row` is that at the start."""
     end, place, total = start + step, start, 0.0
     value = values[row] if row >= 0 else before
-    while row + 1 < log.samples * parts and _begin(log, parts, row + 1) < end - ROUNDING * step:
-        change = max(_begin(log, parts, row + 1), place)
+    last, sample, part = log.samples * parts - 1, (row + 1) // parts, (row + 1) % parts
+    length = _length(log, sample) / parts  # of the part that is next
+    begin = log.times[sample] + part * length if row < last else math.inf
+    while begin < end - ROUNDING * step:
+        change = max(begin, place)
         total += (change - place) * value
         place = change
-        row += 1
+        row, part = row + 1, part + 1
         value = values[row]
+        if part == parts:
+            sample, part = sample + 1, 0
+            length = _length(log, sample) / parts
+        begin = log.times[sample] + part * length if row < last else math.inf
     if place - start <= ROUNDING * step:
         return value, value, 0.0, row
     return total / (place - start), value, (end - place) / step, row
 
 
 @compiled
-def _begin(log: JointLog, parts: int, at: int) -> float:
-    """When a part of a sample begins."""
-    if parts == 1:
-        return log.times[at]
-    row = at // parts
-    share = at / parts - row
-    if share == 0:
-        return log.times[row]
-    length = log.times[row + 1] - log.times[row] if row + 1 < log.samples else log.sample_time
-    return log.times[row] + share * length
+def _length(log: JointLog, row: int) -> float:
+    """Seconds until the next sample; the last is as long as most."""
+    return log.times[row + 1] - log.times[row] if row + 1 < log.samples else log.sample_time
 
 
 @compiled

@@ -221,12 +221,12 @@ def _compile(sources: str) -> Callable[..., Any]:
     return kernel
 
 
-def digest() -> str:
-    """Of all the code in this room, and of effects of other packages."""
+def digest(*others: Path) -> str:
+    """Of all the code in this room, of effects of other packages, and of other files."""
     room = set(Path(__file__).parent.rglob("*.py"))
     foreign = {Path(inspect.getfile(type(effect))) for effect in JOINT_EFFECTS} - room
     digest = hashlib.sha256()
-    for path in [*sorted(room), *sorted(foreign)]:
+    for path in [*sorted(room), *sorted(foreign), *others]:
         digest.update(path.read_bytes())
     return digest.hexdigest()
 
