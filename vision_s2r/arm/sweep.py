@@ -1,8 +1,9 @@
 """All joints of an arm, step by step, compiled: drives that share rigid bodies.
 
 Each joint's drive is stepped by the functions of `vision_s2r.joint`, with the accelerations of all others as a load.
-These are swept, joint by joint with the newest of the others (Gauss and Seidel), until they agree: M is positive
-definite.
+A joint's own acceleration depends on its load alone, and mostly along a line: accelerations that agree are found by
+secants of all joints together, and where dry friction or play has them jump from line to line, joint by joint with the
+newest of the others (Gauss and Seidel): M is positive definite.
 """
 
 import inspect
@@ -19,7 +20,7 @@ from vision_s2r.arm import rigid
 from vision_s2r.arm.rigid import Rigid, terms
 from vision_s2r.joint.clock import inputs_of, read_rows
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import glides, needs_velocity
+from vision_s2r.joint.drive import Given, glides, needs_velocity
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, JointMachine, of_inertia
@@ -36,7 +37,8 @@ from vision_s2r.joint.two_masses import (
 )
 
 STATE = 8  # position, velocity; weight (2), other torque; the motor's velocity, twist and side of two masses
-SWEEPS = 100
+SWEEPS, SECANTS = 100, 8  # at most, and how many of them are of all joints together
+DIFFERENT = 1e-9  # of two loads, that a slope is taken between
 AGREED = 1e-6  # rad/s (m/s) of the velocities after a step
 EASE = 0.5  # of the way to its new acceleration that a joint of two masses goes in a sweep
 ROUNDING = 1e-6  # of a part of the time between two rows
@@ -53,6 +55,49 @@ def _log(command: np.ndarray, first: np.ndarray, step: float, times: np.ndarray)
 
 
 @compiled
+def _driven(
+    machine: JointMachine,
+    tables: np.ndarray,
+    before: np.ndarray,  # [STATE]
+    after: np.ndarray,  # [STATE], to be written
+    acting: Given,
+    time: float,
+    step: float,
+    responses: np.ndarray,
+) -> float:
+    """Step one joint; the part of the way to its new acceleration that it may go at once."""
+    none = np.empty(0)
+    fast = not needs_velocity(machine, tables)
+    if machine.backlash_width == 0 and not sprung(machine):
+        paths = glides(machine, time + 0.5 * step, machine.inertia, (step, step))
+        one = (before[0], before[1], (before[2], before[3]), before[4])
+        one = one_mass_sample(machine, tables, none, one, (acting, acting), time, (0, 1), (step, step), paths, fast)
+        after[0], after[1], (after[2], after[3]), after[4] = one
+        return 1.0
+    both = two_masses_paths(machine, time + 0.5 * step, (step, step))
+    masses = ((before[5], before[1], before[6], before[0], before[7]), (before[2], before[3]), before[4])
+    masses = two_masses_sample(
+        machine, tables, none, masses, (acting, acting), time, (0, 1), (step, step), both, responses, fast
+    )
+    (after[5], after[1], after[6], after[0], after[7]), weight, after[4] = masses
+    after[2], after[3] = weight
+    return EASE
+
+
+@compiled
+def _agree(
+    mass: np.ndarray, bias: np.ndarray, slopes: np.ndarray, loads: np.ndarray, found: np.ndarray, rates: np.ndarray
+) -> None:
+    """Accelerations [J], into `rates`, of which each is on the line of this slope through what its load made of it."""
+    joints = len(rates)
+    system = np.empty((joints, joints))
+    for j in range(joints):
+        for k in range(joints):
+            system[j, k] = 1.0 if j == k else slopes[j] * mass[j, k]
+    rates[:] = np.linalg.solve(system, found - slopes * (bias + loads))
+
+
+@compiled
 def _advance(
     machines: np.ndarray,  # [J, P]
     command: np.ndarray,  # [J, T]
@@ -62,6 +107,7 @@ def _advance(
     points: np.ndarray,  # [J, 2] set point and its rate
     states: np.ndarray,  # [J, STATE]
     rates: np.ndarray,  # [J] accelerations
+    slopes: np.ndarray,  # [J] by which they change with the loads
     mass: np.ndarray,  # [J, J] without rotors
     bias: np.ndarray,  # [J]
     tables: np.ndarray,
@@ -71,7 +117,6 @@ def _advance(
     out: np.ndarray,  # [J, T, 2]
 ) -> int:
     """Step; the next row to be written."""
-    none = np.empty(0)
     joints = len(machines)
     before, after = states.copy(), states
     responses = np.empty((joints, *RESPONSES))
@@ -86,7 +131,8 @@ def _advance(
         if sprung(machine):
             machine = of_inertia(machine, machine.inertia + mass[j, j])
             two_masses_responses(machine, (step, step), responses[j])
-    for _ in range(SWEEPS):
+    loads, found = np.zeros(joints), np.zeros(joints)
+    for sweep in range(SWEEPS):
         change = 0.0
         for j in range(joints):
             machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
@@ -95,31 +141,19 @@ def _advance(
             for k in range(joints):
                 load -= mass[j, k] * rates[k]
             acting = (given[j, 0], given[j, 1], given[j, 2], given[j, 3], load)
-            fast = not needs_velocity(machine, tables)
-            old = before[j]
-            if machine.backlash_width == 0 and not sprung(machine):
-                paths = glides(machine, time + 0.5 * step, machine.inertia, (step, step))
-                one = (old[0], old[1], (old[2], old[3]), old[4])
-                one = one_mass_sample(
-                    machine, tables, none, one, (acting, acting), time, (0, 1), (step, step), paths, fast
-                )
-                after[j, 0], after[j, 1], (after[j, 2], after[j, 3]), after[j, 4] = one
-                ease = 1.0
-            else:
-                both = two_masses_paths(machine, time + 0.5 * step, (step, step))
-                masses = ((old[5], old[1], old[6], old[0], old[7]), (old[2], old[3]), old[4])
-                masses = two_masses_sample(
-                    machine, tables, none, masses, (acting, acting), time, (0, 1), (step, step), both,
-                    responses[j], fast,
-                )  # fmt: skip
-                (after[j, 5], after[j, 1], after[j, 6], after[j, 0], after[j, 7]), weight, after[j, 4] = masses
-                after[j, 2], after[j, 3] = weight
-                ease = EASE
-            rate = (after[j, 1] - old[1]) / step
+            ease = _driven(machine, tables, before[j], after[j], acting, time, step, responses[j])
+            rate = (after[j, 1] - before[j, 1]) / step
             change = max(change, abs(rate - rates[j]) * step)
-            rates[j] += ease * (rate - rates[j])
+            if sweep > 0 and abs(load - loads[j]) > DIFFERENT * (abs(load) + abs(loads[j])):
+                slopes[j] = min(max((rate - found[j]) / (load - loads[j]), 0.0), 1 / mass[j, j])
+            loads[j], found[j] = load, rate
+            if sweep >= SECANTS:
+                rates[j] += ease * (rate - rates[j])
         if change < AGREED or math.isnan(change):
+            rates[:] = found
             break
+        if sweep < SECANTS:
+            _agree(mass, bias, slopes, loads, found, rates)
     following = row
     for j in range(joints):
         log = _log(command[j], first[j], step, times)
@@ -167,7 +201,7 @@ def _compile(sources: str) -> tuple[Callable[..., Any], ...]:
         acting[:, 0] = -1
         points = np.zeros((joints, 2))
         points[:, 0] = first[:, 0]
-        mass, bias = np.empty((joints, joints)), np.empty(joints)
+        mass, bias, slopes = np.empty((joints, joints)), np.empty(joints), np.zeros(joints)
         halfway, place = np.empty(joints), np.empty(joints)
         row, count = 1, 0
         while row < out.shape[1]:
@@ -179,7 +213,22 @@ def _compile(sources: str) -> tuple[Callable[..., Any], ...]:
             at = (row - 1) * parts + min(int(share * parts + ROUNDING), parts - 1)
             time = count * step
             row = _advance(
-                machines, command, times, first, acting, points, states, rates, mass, bias, tables, time, step, row, out
+                machines,
+                command,
+                times,
+                first,
+                acting,
+                points,
+                states,
+                rates,
+                slopes,
+                mass,
+                bias,
+                tables,
+                time,
+                step,
+                row,
+                out,
             )
             for j in range(joints):
                 load[at, j] += mass[j, j] * rates[j] - bias[j]
