@@ -34,6 +34,7 @@ class Curves:
     noise: float = 0.1
     reach: float = 0.1  # of intervals
     withheld: Names = frozenset()
+    contradictory: Names = frozenset()
     certain: Mapping[str, float] = field(default_factory=dict)
     not_excited: Mapping[str, str] = field(default_factory=dict)
     sharp: bool = True
@@ -120,6 +121,10 @@ class Curves:
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
         return False
+
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether it was said to be."""
+        return name in self.contradictory
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         return {n: {"size": (v["size"] - self.reach, v["size"] + self.reach)} for n, v in hypothesis.values.items()}

@@ -50,6 +50,12 @@ def test_where_nothing_is_left_pairs_need_not_be_looked_for() -> None:
     assert largest == {True: 3, False: 2}
 
 
+def test_a_name_that_parts_of_the_recording_contradict_is_not_given_though_it_explains_all() -> None:
+    found = diagnosed(recording(1, wave=0.5, curve=0.4), contradictory=frozenset({"wave"}))
+    assert found["verdict"] in ("partly_explained", "unexplained")
+    assert "wave" not in names(found)
+
+
 def test_refitting_does_not_pass_for_an_effect_and_both_are_accounted_for() -> None:
     found = diagnosed(recording(2, slope=0.5, wave=0.5))
     gap = found["gap"]

@@ -48,6 +48,10 @@ class Search:
         if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
             named, resembles = self._challenge(named, base)
             final = self._restore(named)
+        if contradicted := self._contradicted(final):
+            kept = assess.one(final.names - contradicted - self._discrepancies, final.hypothesis)
+            named, resembles = self._challenge(kept, base)
+            final = self._restore(named)
         unknown = final.names & self._discrepancies
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ, or a gain for some, may be doing its work.
@@ -210,6 +214,13 @@ class Search:
                 return found
             without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in masks])
             found = max(without, key=lambda less: less.score)
+
+    def _contradicted(self, found: Assessment) -> Names:
+        """Effects that parts of the recording contradict though what is left in all of it is no more than noise."""
+        if not self._assessor.adequate(found):
+            return Names()
+        named = sorted(found.names & self._effects)
+        return Names(name for name in named if self._case.contradicted(found.hypothesis, name))
 
     def _restore(self, found: Assessment) -> Assessment:
         """Nominal parameters back to their nominal values, apart from those that have to differ.

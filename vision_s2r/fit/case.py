@@ -171,6 +171,10 @@ class Case(Protocol):
         """Whether the parameters betray a stand-in for something else: at a bound, or not constant over segments."""
         ...
 
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether parts of the recording ask for other sizes of it, as of no true one even where all is explained."""
+        ...
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter of `values`, from all segments, honest where residuals depend on each other."""
         ...

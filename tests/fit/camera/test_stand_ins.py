@@ -8,6 +8,8 @@ import torch.nn.functional as F
 
 from tests.fit.camera.test_camera_case import FRAMES, SIZE, opened, recorded, scenes
 from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.recording.data import CameraRecording
 
@@ -83,3 +85,37 @@ def test_scattered_light_is_no_exposure_and_an_exposure_beside_a_stain_is_one() 
     stained[..., 20:30, 20:30] *= 0.5
     case = opened(seen(many(), stained))
     assert not case.suspicious(case.fit(names, range(MANY), None), "exposure")
+
+
+def of_fields(shift: float) -> CameraRecording:
+    """Odd rows were exposed later than even ones, when things had moved by `shift` px."""
+    moved = torch.tensor([[1.0, 0.0, -2 * shift / SIZE], [0.0, 1.0, 0.0]]).expand(MANY, 2, 3)
+    grid = F.affine_grid(moved, [MANY, 3, SIZE, SIZE], align_corners=False)
+    real = many()
+    real[:, :, 1::2] = F.grid_sample(many(), grid, padding_mode="border", align_corners=False)[:, :, 1::2]
+    return seen(many(), real)
+
+
+def of_a_mosaic(sigma: float) -> CameraRecording:
+    """Red and blue are interpolated, and softer than green."""
+    at = torch.arange(-3, 4.0)
+    line = torch.exp(-(at**2) / 2 / sigma**2)
+    kernel = torch.outer(line, line) / line.sum() ** 2
+    soft = F.conv2d(F.pad(many(), (3,) * 4, mode="replicate"), kernel.expand(3, 1, 7, 7), groups=3)
+    return seen(many(), torch.stack([soft[:, 0], many()[:, 1], soft[:, 2]], 1))
+
+
+def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
+    pose, blur = frozenset({"camera_pose_offset"}), frozenset({"defocus_blur"})
+    for made, names in ((of_fields(0.5), pose), (of_a_mosaic(0.4), blur)):
+        case = opened(made)
+        assert case.contradicted(case.fit(names, range(MANY), None), *names)
+    for names, true in ((pose, {"yaw": 0.01, "pitch": 0.0, "roll": 0.0}), (blur, {"radius": 1.2})):
+        (name,) = names
+        case = opened(seen(many(), Camera()(many(), CameraParameters.of({name: true}, MANY))))
+        assert not case.contradicted(case.fit(names, range(MANY), None), name)
+
+
+def test_an_explained_picture_is_not_explained_by_what_its_rows_contradict() -> None:
+    found = diagnose(of_fields(0.12), DiagnoseConfig()).to_dict()
+    assert found["verdict"] == "unexplained" and not found["effects"]

@@ -17,7 +17,7 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.area import area_of, inside_of
-from vision_s2r.fit.camera.consistency import ALLOWED, EVERY, GEOMETRIC, disagreement
+from vision_s2r.fit.camera.consistency import ALLOWED, BY_CHANNEL, EVERY, GEOMETRIC, PARITY, disagreement
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
@@ -549,27 +549,36 @@ class CameraCase:
                 and values[parameter.name] != parameter.neutral
             ):
                 return True
-        if self._disagrees(hypothesis.values, name):
+        stage = CAMERA_FITS[name].stage
+        found = self._disagreements(hypothesis.values, name)
+        # What scales light scales the edges that a warp or a blur moves.
+        axes = EVERY if stage in ("light", "tone") else GEOMETRIC
+        if max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED or _between_channels(
+            name, found
+        ):
             return True
         if not charted([name]):
             return False
         return self._spread(hypothesis).relative.get(name, 0.0) > _SPREAD
 
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether rows, columns or channels ask for another size of it, even where no more than noise is left."""
+        found = self._disagreements(hypothesis.values, name)
+        return max((found[axis] for axis in PARITY if axis in found), default=0.0) > ALLOWED or _between_channels(
+            name, found
+        )
+
     @torch.inference_mode()
-    def _disagrees(self, values: Values, name: str) -> bool:
-        """Whether one part of the pixels asks for much more of the effect than another, as no true one does."""
-        stage = CAMERA_FITS[name].stage
-        if stage not in ("warp", "blur", "light", "tone"):
-            return False
+    def _disagreements(self, values: Values, name: str) -> dict[str, float]:
+        """By axis, how much more of the effect some pixels ask for than others; none of noise."""
+        if CAMERA_FITS[name].stage not in ("warp", "blur", "light", "tone"):
+            return {}
         few = self._few(range(self.segments))
         mean, _, weight = self._predicted(values, few, lit=True)
         without = {each: value for each, value in values.items() if each != name}
         other = self._predicted(without, few, lit=True)[0]
         left = self.study.pictures.real[few] - self._encoded(mean, values)
-        found = disagreement(mean - other, left, weight, other)
-        # What scales light scales the edges that a warp or a blur moves.
-        axes = EVERY if stage in ("light", "tone") else GEOMETRIC
-        return max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED
+        return disagreement(mean - other, left, weight, other)
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter, from how frames differ."""
@@ -604,6 +613,17 @@ class CameraCase:
         from vision_s2r.fit.camera.experiment import advise
 
         return advise(self.study, rivals, {name: self.not_excited[name] for name in not_excited})
+
+
+def _differs(found: Mapping[str, float], axes: Sequence[str]) -> bool:
+    """Whether an effect is of another size along one of these axes."""
+    return max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED
+
+
+def _between_channels(name: str, found: Mapping[str, float]) -> bool:
+    """Whether channels ask for other sizes of what moves or blurs all of them alike."""
+    fit = CAMERA_FITS[name]
+    return fit.stage in ("warp", "blur") and not fit.by_channel and found.get("channel", 0.0) > BY_CHANNEL
 
 
 def _blurred(values: Values) -> float:

@@ -13,7 +13,9 @@ from torch import Tensor
 from vision_s2r.fit.camera.fitting import FREEDOM
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
-GEOMETRIC = ("row parity", "column parity", "direction of edges", "region", "radius")
+BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too
+PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
+GEOMETRIC = (*PARITY, "direction of edges", "region", "radius")
 EVERY = (*GEOMETRIC, "brightness", "channel")
 _LEAST = 0.01  # share of the effect's work, that a bin must have to be asked
 _CLEAR = 25.0  # squared standard deviations of noise, likewise

@@ -168,6 +168,10 @@ class ContactCase:
             return True
         return uncertainty.spread(self._fitter, hypothesis, name) > INCONSTANT
 
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: what is explained is not asked again."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}

@@ -351,6 +351,10 @@ class JointCase:
             return True
         return uncertainty.spread(scores, name) > INCONSTANT
 
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: what is explained is not asked again."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""
         found = uncertainty.intervals(self.scores(hypothesis)) if hypothesis.values else {}

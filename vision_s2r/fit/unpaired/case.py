@@ -188,6 +188,10 @@ class UnpairedCase:
         """Whether a parameter sits at its bound."""
         return name in hypothesis.values and space.at_bound(name, hypothesis.values[name])
 
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: what is explained is not asked again."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
