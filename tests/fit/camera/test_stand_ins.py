@@ -7,10 +7,13 @@ import torch
 import torch.nn.functional as F
 
 from tests.fit.camera.test_camera_case import FRAMES, SIZE, opened, recorded, scenes
+from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.fit.camera.area import area_of
 from vision_s2r.fit.camera.case import CameraCase
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
 NOISE = {"read_noise", "shot_noise"}
@@ -119,3 +122,30 @@ def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
 def test_an_explained_picture_is_not_explained_by_what_its_rows_contradict() -> None:
     found = diagnose(of_fields(0.12), DiagnoseConfig()).to_dict()
     assert found["verdict"] == "unexplained" and not found["effects"]
+
+
+def labelled(made: CameraRecording) -> CameraRecording:
+    """The left half of one label, the right of another."""
+    labels = np.zeros(made.sim.shape[:3], np.uint8)
+    labels[:, :, SIZE // 2 :] = 1
+    return replace(made, labels=labels)
+
+
+def test_frames_that_are_mixed_have_no_grain() -> None:
+    texture = Hypothesis({"1.texture": {"amplitude": 0.05, "scale": 3.0}})
+    field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
+    grain = 1 + 0.15 * F.avg_pool2d(field, 5, 1, 2)
+    for real, mixed in ((0.8 * many() + 0.2 * many().roll(1, 0), True), (many() * grain, False)):
+        made = labelled(seen(many(), real))
+        case = CameraCase.open(made, {effect.name: effect for effect in PICTURE_EFFECTS})
+        assert case.contradicted(texture, "1.texture") is mixed
+        assert case.suspicious(texture, "1.texture") is mixed
+
+
+def test_what_is_wrong_everywhere_is_no_missing_object() -> None:
+    counted, shares = torch.ones(4, 1, SIZE, SIZE, dtype=torch.bool), torch.zeros(4, 1, SIZE, SIZE)
+    far = torch.full((4, SIZE, SIZE), 100.0)
+    assert area_of(far, counted, shares) is None
+    some = torch.zeros_like(far)
+    some[:, 10:30, 10:30] = 100
+    assert area_of(some, counted, shares) == {"x": 10, "y": 10, "width": 20, "height": 20}

@@ -17,6 +17,7 @@ _FAR = 16.0  # squared residual, in units of its variance, that is none of the r
 _OFTEN = 0.5  # share of the frames in which it is
 _GAPS, _LINES = 7, 3  # px: gaps that are closed, where it looks like what is behind; lines that are none
 _LEAST = 40  # px, of an area
+_MOST = 0.5  # share of the picture: what is wrong in more of it is no thing that stands there
 _FILLED = 0.5  # of its rectangle
 _ALONE = 0.6  # of all that is far off, that is in the rectangle
 _BORDER = 2  # px around it, that show both
@@ -43,7 +44,7 @@ def area_of(squared: Tensor, counted: Tensor, shares: Tensor) -> Area | None:
     found = {"x": x, "y": y, "width": width, "height": height}
     inside = inside_of(found, squared.shape[-2:])
     alone = float((far & inside).sum()) > _ALONE * float(far.sum())
-    fills = size >= max(_LEAST, _FILLED * width * height)
+    fills = size >= max(_LEAST, _FILLED * width * height) and width * height <= _MOST * often.size
     piece = torch.from_numpy(which == largest)
     return found if fills and alone and not _of_a_label(piece, shares) else None
 

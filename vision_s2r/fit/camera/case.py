@@ -28,7 +28,7 @@ from vision_s2r.fit.camera.fitting import (
     normal,
     search_factor,
 )
-from vision_s2r.fit.camera.grain import Varied, grain_of, per_share
+from vision_s2r.fit.camera.grain import REMEMBERED, Varied, grain_of, of_frame_before, per_share
 from vision_s2r.fit.camera.intervals import Spread, spread
 from vision_s2r.fit.camera.light import STEADY, UNSTEADY, stops
 from vision_s2r.fit.camera.noise import Tail
@@ -550,6 +550,8 @@ class CameraCase:
             ):
                 return True
         stage = CAMERA_FITS[name].stage
+        if stage == "grain":
+            return self._mixed(hypothesis.values)
         found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         axes = EVERY if stage in ("light", "tone") else GEOMETRIC
@@ -563,10 +565,20 @@ class CameraCase:
 
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether rows, columns or channels ask for another size of it, even where no more than noise is left."""
+        if CAMERA_FITS[name].stage == "grain":
+            return self._mixed(hypothesis.values)
         found = self._disagreements(hypothesis.values, name)
         return max((found[axis] for axis in PARITY if axis in found), default=0.0) > ALLOWED or _between_channels(
             name, found
         )
+
+    @torch.inference_mode()
+    def _mixed(self, values: Values) -> bool:
+        """Whether what is left shows the frame before, and so is no grain."""
+        pictures, yardstick = self.study.pictures, self.study.yardstick
+        mean = self._predicted(values, range(self.segments), lit=True)[0]
+        left = pictures.real - self._encoded(mean, values)
+        return of_frame_before(left, mean, yardstick.counted) > REMEMBERED
 
     @torch.inference_mode()
     def _disagreements(self, values: Values, name: str) -> dict[str, float]:

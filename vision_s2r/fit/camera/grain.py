@@ -22,6 +22,7 @@ _LEAST_SPREAD = 0.8 / 255  # coded, that a surface's grain has to have
 _FALLEN = 0.25  # of the autocovariance at one px: as far as it is fitted
 _TOP, _CONCENTRATED = 0.05, 0.5  # share of the pixels; share of the squares that is in them, if they are few places
 _PASSES = 3  # of what a frame's mean takes, which depends on the grain
+REMEMBERED = 0.1  # share of what is left that is of the frame before, from which it is no grain
 _ROUND = 3.0  # times as far correlated along one axis as along the other, that no grain is
 
 
@@ -120,6 +121,21 @@ def _in_few_places(values: Tensor, mask: Tensor) -> bool:
     squares = values[mask > 0].square()
     top = squares.topk(max(int(_TOP * len(squares)), 1)).values.sum()
     return float(top / squares.sum().clamp(min=1e-12)) > _CONCENTRATED
+
+
+def of_frame_before(residual: Tensor, mean: Tensor, counted: Tensor) -> float:
+    """Share of residuals [N, C, H, W] that a part of the frame before, beside one of the frame itself, takes away.
+
+    No grain knows what the last frame showed; frames that are mixed do. `counted` [N, 1, H, W]: the pixels that count.
+    """
+    values, own, before = (
+        (each - each.mean((2, 3), keepdim=True))[1:][counted[1:].expand_as(mean[1:])].double()
+        for each in (residual, mean, mean.roll(1, 0))
+    )
+    if len(values) < _LEAST_PIXELS:
+        return 0.0
+    other = before - own * (own @ before) / (own @ own).clamp(min=1e-12)
+    return float((values @ other).square() / ((other @ other) * (values @ values)).clamp(min=1e-12))
 
 
 @dataclass(frozen=True)
