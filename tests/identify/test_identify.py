@@ -130,3 +130,28 @@ def test_recordings_that_are_not_of_one_joint_are_not_joined(tmp_path):
     folders = [str(write(log, tmp_path / name)) for name, log in (("a", one), ("b", heavier))]
     with pytest.raises(UserError, match=r"differ in nominal inertia, 0\.02 and 0\.03"):
         identify_all(IdentifyConfig(recording=folders, together=True, out=str(tmp_path / "out")))
+
+
+@pytest.mark.parametrize("method", ["forward", "inverse"])
+def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
+    """A load cell's or a driver's zero is set anew each time: one for all would pass for friction and noise."""
+    truth = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}, "inertia": {"value": 0.018}}
+    biases = {"a": 0.06, "b": -0.05, "c": 0.02}
+    logs = [
+        a_log(truth | {"bias_torque": {"value": bias}}, steps(1, 1000, seed=seed), seed=seed)
+        for seed, bias in enumerate(biases.values(), 2)
+    ]
+    folders = [str(write(log, tmp_path / name)) for name, log in zip(biases, logs, strict=True)]
+    cfg = IdentifyConfig(recording=folders, together=True, method=method, out=str(tmp_path / "out"))
+    result = json.loads(identify_all(cfg)[0].read_text())
+    found = {each["name"]: each["parameters"]["value"] for each in result["effects"]}
+    for name, given in truth.items():
+        assert found[name]["value"] == pytest.approx(given["value"], rel=0.01), name
+    assert found["bias_torque"]["value"] == pytest.approx(biases["a"], abs=1e-3)
+    assert [each["recording"] for each in result["offsets"]] == [1, 2]
+    for each, name in zip(result["offsets"], "bc", strict=True):
+        more = each["bias_torque"]
+        assert more["value"] == pytest.approx(biases[name] - biases["a"], abs=1e-3)
+        reach = (more["ci"][1] - more["ci"][0]) / 2
+        assert abs(more["value"] - biases[name] + biases["a"]) < 2 * reach < 0.01
+    assert result["gap"]["after"] < (1.1 if method == "forward" else 10) * result["gap"]["floor"]

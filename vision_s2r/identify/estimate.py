@@ -19,6 +19,8 @@ class ParameterEstimates:
     intervals: Intervals  # 95 %, by effect and parameter
     labels: tuple[Label, ...]  # [K] of the covariance
     covariance: np.ndarray  # [K, K] of the parameters in their own units, of a normal distribution with these intervals
+    # Of several recordings, how much more bias torque those after the first have [R - 1]: value, and 95 % interval.
+    offsets: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def values(self) -> np.ndarray:

@@ -5,7 +5,8 @@ The likelihood of the residual of an observer that leaks a little of the measure
 
 from vision_s2r.fit.case import Hypothesis, Segments
 from vision_s2r.fit.joint.case import JointCase
-from vision_s2r.fit.joint.uncertainty import covariance
+from vision_s2r.fit.joint.discrepancy import OWN_BIAS
+from vision_s2r.fit.joint.uncertainty import BlockScores, covariance, reach
 from vision_s2r.identify.estimate import ParameterEstimates
 
 
@@ -19,7 +20,17 @@ class Forward:
         """From all segments."""
         scores = self._case.scores(self._fitted)
         labels = tuple((c.effect, c.parameter) for c in scores.space.coordinates)
-        return ParameterEstimates(self._fitted, self._case.intervals(self._fitted), labels, covariance(scores))
+        return ParameterEstimates(
+            self._fitted, self._case.intervals(self._fitted), labels, covariance(scores), self._offsets(scores)
+        )
+
+    @staticmethod
+    def _offsets(scores: BlockScores) -> tuple[tuple[float, float, float], ...]:
+        own = [k for k, name in enumerate(scores.space.owner) if name == OWN_BIAS]
+        reaches = reach(scores)
+        return tuple(
+            (float(x), float(x - r), float(x + r)) for x, r in zip(scores.point[own], reaches[own], strict=True)
+        )
 
     def fit(self, segments: Segments) -> Hypothesis:
         """From some segments."""

@@ -1,5 +1,6 @@
 """From recordings to parameters."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -71,10 +72,16 @@ def validate(identified: Identified, recording: JointRecording, cfg: InverseConf
     return found
 
 
-def torque_error(recording: JointRecording, values: Values, cfg: InverseConfig) -> dict[str, float]:
-    """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, reversals and all, before and after effects, all linear."""
+def torque_error(
+    recording: JointRecording, values: Values, cfg: InverseConfig, more: Sequence[float] = ()
+) -> dict[str, float]:
+    """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of a recording, reversals and all, before and after effects, all linear.
+
+    `more` is the bias torque of its parts after the first beyond that, where it is several.
+    """
     rows = regression(recording, replace(cfg, reversals=True), np.zeros(recording.position.shape, dtype=int))
-    return {key: rows.error(recording.nominal, given) for key, given in (("before", {}), ("after", values))}
+    nominal = recording.nominal
+    return {"before": rows.error(nominal, {}), "after": rows.error(nominal, values, more)}
 
 
 def _reported(report: str) -> Names:

@@ -10,7 +10,7 @@ the modelled bandwidth for positions and twice for the equation: Janot, Gautier 
 Models of EMPS", 2019.)
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from statsmodels.regression.linear_model import OLS
 
 from vision_s2r.errors import UserError
 from vision_s2r.fit.case import Hypothesis, Segments, Values
+from vision_s2r.fit.joint.discrepancy import OWN_BIAS
 from vision_s2r.identify.config import InverseConfig
 from vision_s2r.identify.estimate import Label, ParameterEstimates
 from vision_s2r.joint import JOINT_EFFECTS
@@ -56,11 +57,16 @@ class Regression:
     torque: np.ndarray  # [N] of the motor
     columns: np.ndarray  # [N, 7], as COLUMNS
     segment: np.ndarray  # [N] int: to be held out together
+    source: np.ndarray  # [N] int: the recording, of several
 
-    def error(self, nominal: Mapping[str, float], values: Values) -> float:
-        """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of the nominal parameters with these effects."""
+    def error(self, nominal: Mapping[str, float], values: Values, more: Sequence[float] = ()) -> float:
+        """Relative torque error ‖τ − Wθ‖ / ‖τ‖ of the nominal parameters with these effects.
+
+        `more` is the bias torque that recordings after the first have more than that.
+        """
         theta = np.array([_value(label, nominal, values) for label in COLUMNS])
-        return float(np.linalg.norm(self.torque - self.columns @ theta) / np.linalg.norm(self.torque))
+        rest = self.torque - self.columns @ theta - sum(each * (self.source == k) for k, each in enumerate(more, 1))
+        return float(np.linalg.norm(rest) / np.linalg.norm(self.torque))
 
 
 def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarray) -> Regression:
@@ -78,12 +84,16 @@ def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarra
             f"inverse.bandwidth is {bandwidth:g} Hz, expected {0.45 * rate / POSITION:g} or less at {rate:g} samples/s"
         )
     edge = round(EDGE / bandwidth * rate)
+    source = np.zeros(len(recording), int) if recording.source is None else recording.source
     parts = [
-        _episode(recording, k, cfg, bandwidth, slice(edge, length - edge), segment[k])
+        (
+            *(rows := _episode(recording, k, cfg, bandwidth, slice(edge, length - edge), segment[k])),
+            np.full(len(rows[0]), source[k]),
+        )
         for k, length in enumerate(recording.lengths)
         if length - 2 * edge >= LEAST
     ]
-    if sum(len(torque) for torque, _, _ in parts) < ROWS:
+    if sum(len(torque) for torque, *_ in parts) < ROWS:
         raise UserError(
             f"method=inverse: the longest episode has {recording.lengths.max()} samples, too short for an "
             f"inverse.bandwidth of {bandwidth:g} Hz, which leaves out {edge} at either end and takes every "
@@ -140,30 +150,35 @@ class Inverse:
         self._free = [k for k, (effect, _) in enumerate(COLUMNS) if effect in names]
         held = [0.0 if k in self._free else _value(label, nominal, {}) for k, label in enumerate(COLUMNS)]
         self._torque = rows.torque - rows.columns @ held
+        later = rows.source[:, None] == np.arange(1, rows.source.max() + 1)  # a bias torque is each recording's own
+        self._own = later.astype(float) if "bias_torque" in names else np.empty((len(later), 0))
 
     def estimate(self) -> ParameterEstimates:
         """From all rows."""
-        columns = self._rows.columns[:, self._free]
+        columns = np.hstack([self._rows.columns[:, self._free], self._own])
         found = OLS(self._torque, columns).fit(cov_type="HAC", cov_kwds={"maxlags": LAGS, "use_correction": True})
         theta, covariance, degrees = found.params, found.cov_params(), found.df_resid
         hypothesis = self._hypothesis(theta)
         reach = float(student.ppf(0.975, degrees)) * np.sqrt(np.diag(covariance))
         labels = tuple(COLUMNS[k] for k in self._free)
         intervals: dict[str, dict[str, tuple[float, float]]] = {effect: {} for effect, _ in labels}
-        for (effect, parameter), value, each in zip(labels, theta, reach, strict=True):
+        for (effect, parameter), value, each in zip(labels, theta, reach, strict=False):
             intervals[effect][parameter] = (float(value - each), float(value + each))
-        return ParameterEstimates(hypothesis, intervals, labels, covariance)
+        own = slice(len(labels), None)
+        offsets = tuple((float(x), float(x - r), float(x + r)) for x, r in zip(theta[own], reach[own], strict=True))
+        return ParameterEstimates(hypothesis, intervals, labels, covariance[: own.start, : own.start], offsets)
 
     def fit(self, segments: Segments) -> Hypothesis:
         """From the rows of some segments."""
         inside = np.isin(self._rows.segment, list(segments))
-        columns = self._rows.columns[inside][:, self._free]
+        columns = np.hstack([self._rows.columns[:, self._free], self._own])[inside]
         return self._hypothesis(np.linalg.lstsq(columns, self._torque[inside], rcond=None)[0])
 
     def _hypothesis(self, theta: np.ndarray) -> Hypothesis:
         values: dict[str, dict[str, float]] = {}
-        for k, value in zip(self._free, theta, strict=True):
+        for k, value in zip(self._free, theta, strict=False):
             effect, parameter = COLUMNS[k]
             bounds = JOINT_EFFECTS[effect].parameter(parameter)
             values.setdefault(effect, {})[parameter] = min(max(float(value), bounds.low), bounds.high)
-        return Hypothesis(values)
+        own = theta[len(self._free) :]
+        return Hypothesis(values, {OWN_BIAS: own} if len(own) else {})

@@ -7,6 +7,7 @@ effects         what to change in the simulator, as in a report: `name`, `source
 unidentified    `name` and `why`: what the recording cannot identify; it stays as it was
 doubtful        `name` and `why`: identified, but tied to another, or at the end of its range
 correlation     `parameters` [K] and their `matrix` [K, K]
+offsets         of each recording after the first of several: how much more its `bias_torque` is, and `ci`
 gap             as in a report, held out; `refitted` is after the nominal parameters alone
 torque_error    of the inverse method: relative, `before` and `after`
 validation      the same on another recording, where one is given; `position_rmse` and `velocity_rmse` of a free run
@@ -58,9 +59,17 @@ def content(found: "Identified") -> dict[str, Any]:
         },
         "gap": _gap(found),
         **found.errors,
+        **({"offsets": offsets} if (offsets := _offsets(found)) else {}),
         **({"validation": found.validation} if found.validation else {}),
         "next_experiment": found.case.experiment([], sorted(curable)).sentence,
     }
+
+
+def _offsets(found: "Identified") -> list[dict[str, Any]]:
+    return [
+        {"recording": k, "bias_torque": {"value": value, "ci": [low, high]}}
+        for k, (value, low, high) in enumerate(found.estimate.offsets, 1)
+    ]
 
 
 def figures_of(found: "Identified") -> Figures:

@@ -34,6 +34,8 @@ class JointRecording:
     load_inertia: np.ndarray | None = None  # kg·m² or kg beside the nominal one; None: none
     least_inertia: float = 0.0  # of the nominal inertia, what is the bodies' of an arm: no rotor makes it less
     left_out: dict[str, str] = field(default_factory=dict)  # columns that could not be used, and why
+    # int64 [E]: which of the recordings that were joined an episode is of, from 0 on; None: all of one
+    source: np.ndarray | None = None
 
     kind = "joint"
 
@@ -253,6 +255,7 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         external=taken(recording.external),
         load_inertia=taken(recording.load_inertia),
         lengths=lengths,
+        source=None if recording.source is None else recording.source[index],
         episodes=tuple(recording.episodes[k] for k in index),
     )
 

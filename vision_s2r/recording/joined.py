@@ -46,6 +46,7 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
         lengths=lengths,
         episodes=tuple(range(len(lengths))),
         times=_times(recordings, samples) if first.times is not None else None,
+        source=np.repeat(np.arange(len(recordings)), [len(each) for each in recordings]),
         left_out={name: why for each in recordings for name, why in each.left_out.items()},
         **given,
     )

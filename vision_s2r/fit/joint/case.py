@@ -4,6 +4,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -11,7 +12,7 @@ from scipy.signal import lfilter
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.joint import uncertainty
-from vision_s2r.fit.joint.discrepancy import MEANINGS
+from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN_BIAS, own_load
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
@@ -138,7 +139,7 @@ class JointCase:
 
     def _fit_base(self) -> Hypothesis:
         """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
-        return self._fitter.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
+        return self.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
 
     def _make_fitter(self, track: JointTrack, repeats: float = 1.0, first: Hypothesis | None = None) -> JointFitter:
         observer = Observer(track, self._substeps, fast_noise(track.position))
@@ -245,7 +246,12 @@ class JointCase:
     # -- fits and scores
 
     def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
-        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None.
+
+        A bias torque is each recording's own where there are several.
+        """
+        if "bias_torque" in names and self.recording.source is not None and self.recording.source.any():
+            names = names | {OWN_BIAS}
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -274,11 +280,11 @@ class JointCase:
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean squared error [segments] of the gap's metric in free run, of the effects alone: a replay's.
 
-        Discrepancy terms are no part of a simulator that somebody could use.
+        Discrepancy terms are no part of a simulator that somebody could use; a recording's own bias torque is.
         """
         rows = self.rows(segments)
         episodes = sorted({episode for episode, _, _ in rows})
-        some = split(self.recording, episodes)
+        some = _loaded(split(self.recording, episodes), hypothesis)
         errors = gap_errors(some, free_run(some, hypothesis.values))
         return np.array([float(np.nanmean(errors[episodes.index(e), first:end])) for e, first, end in rows])
 
@@ -388,6 +394,15 @@ class JointCase:
             )
         velocity = "velocity" if self.track.velocity is not None else "velocity, as positions give it,"
         return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
+
+
+def _loaded(recording: JointRecording, hypothesis: Hypothesis) -> JointRecording:
+    """The recording under the loads that its parts have of their own."""
+    more = hypothesis.extra.get(OWN_BIAS)
+    if more is None or recording.source is None:
+        return recording
+    external = np.zeros(recording.command.shape) if recording.external is None else recording.external
+    return replace(recording, external=external + own_load(recording.source, more)[:, None])
 
 
 def _reaches_its_limit(recording: JointRecording) -> bool:

@@ -28,6 +28,7 @@ class Discrepancy:
     command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
     shown: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # and back, exactly
+    load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, by episode
     step: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -123,6 +124,23 @@ def _sensor(track: JointTrack, scales: JointScales) -> Discrepancy:
     )
 
 
+OWN_BIAS = "own_bias"  # of a recording among several of one joint: nobody searches for it, it goes with bias_torque
+
+
+def own_load(source: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """Torque [E] on the load where recordings after the first have so much `more` bias torque [R - 1] than that."""
+    return -np.append(0.0, more)[source]
+
+
+def _own_bias(track: JointTrack, scales: JointScales) -> Discrepancy:
+    source = np.zeros(len(track.lengths), int) if track.source is None else track.source
+    count = int(source.max())
+    bound = np.full(count, scales.peak_torque)
+    return Discrepancy(
+        OWN_BIAS, count, scales.torque, -bound, bound, 0.25 * bound, load=lambda more: own_load(source, more)
+    )
+
+
 DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "torque_of_position": _position,
     "torque_of_velocity": _velocity,
@@ -130,6 +148,7 @@ DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "input_nonlinearity": _gain,
     "drive_lag": _lag,
     "sensor_nonlinearity": _sensor,
+    OWN_BIAS: _own_bias,
 }
 MEANINGS = {
     "torque_of_position": "a torque that depends on position",

@@ -53,37 +53,40 @@ class Observer:
         """States as the sensor shows them, of points that share command and measured states."""
         track, index = self.track, np.asarray(episodes)
         machines = space.machines(points)
-        for members, command, measured, sensor in self._inputs(space, points, index):
+        for members, command, measured, sensor, load in self._inputs(space, points, index):
             first = track.first[index]
             # Where an episode begins at rest, its velocity is no measurement.
             first = np.where(first == track.observed[index, 0], measured[:, 0], first)
             led = np.where(track.led[index][..., None], measured, np.nan) if track.leak else None
             states = track.inputs.run(
-                machines[members], first, self.substeps, space.tables, index, command, led, track.leak
+                machines[members], first, self.substeps, space.tables, index, command, led, track.leak, load
             )
             for shown, coefficients in sensor:
                 states = shown(states, coefficients)
             yield members, states
 
     def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
-        """Points that share a command, measured states and a sensor: (members, command, measured, sensor)."""
+        """Points that share all of (members, command, measured, sensor, load)."""
         track = self.track
-        changing = [discrepancy for discrepancy in space.discrepancies if discrepancy.command or discrepancy.measured]
+        changing = [each for each in space.discrepancies if each.command or each.measured or each.load]
         if not changing:
-            yield slice(None), track.inputs.command[index], track.observed[index], []
+            yield slice(None), track.inputs.command[index], track.observed[index], [], None
             return
         parts = np.concatenate([space.part(points, discrepancy) for discrepancy in changing], axis=1)
         unique, group = np.unique(parts, axis=0, return_inverse=True)
         for k in range(len(unique)):
             members = np.flatnonzero(group.ravel() == k)
             command, measured, sensor = track.inputs.command[index], track.observed[index], []
+            load = None
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
                 if discrepancy.command:
                     command = discrepancy.command(command, coefficients)
+                if discrepancy.load:
+                    load = discrepancy.load(coefficients)[index]
                 if discrepancy.measured:
                     measured = discrepancy.measured(measured, coefficients)
                     sensor.append((discrepancy.shown, coefficients))
                     if track.servo:  # its targets are what the sensor is to show
                         command = discrepancy.measured(np.stack([command, command], axis=-1), coefficients)[..., 0]
-            yield members, command, measured, sensor
+            yield members, command, measured, sensor, load

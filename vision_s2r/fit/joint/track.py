@@ -65,8 +65,15 @@ class EpisodeInputs:
         command: np.ndarray | None = None,
         observed: np.ndarray | None = None,
         leak: float = 0.0,
+        load: np.ndarray | None = None,
     ) -> np.ndarray:
-        """States [C, E, T, 2] of machines in these episodes, under another command if one is given."""
+        """States [C, E, T, 2] of machines in these episodes, under another command if one is given.
+
+        `load` [E] is a constant torque on the load, beside all others.
+        """
+        external = self.external if self.external is None else self.external[episodes]
+        if load is not None:
+            external = (np.zeros(self.command[episodes].shape) if external is None else external) + load[:, None]
         if observed is not None and self.every > 1:
             kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
             observed[:, :: self.every] = kept
@@ -77,7 +84,7 @@ class EpisodeInputs:
             self.sample_time,
             times=None if self.times is None else self.times[episodes],
             scale=None if self.scale is None else self.scale[episodes],
-            external=None if self.external is None else self.external[episodes],
+            external=external,
             load_inertia=None if self.load_inertia is None else self.load_inertia[episodes],
             lengths=self.lengths[episodes],
             observed=observed,
@@ -108,6 +115,7 @@ class JointTrack:
     segment: np.ndarray  # [E, T] int64: stretch or episode that a sample belongs to, -1 beyond the end
     count: int  # of segments
     least_inertia: float = 0.0  # that the joint can have
+    source: np.ndarray | None = None  # [E]: the recording, of several, that an episode is of
 
     @property
     def servo(self) -> bool:
@@ -174,6 +182,7 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
         segment=segment,
         count=count,
         least_inertia=recording.least_inertia,
+        source=recording.source,
     )
 
 

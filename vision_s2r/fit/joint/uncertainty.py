@@ -99,17 +99,22 @@ def intervals(of: BlockScores, level: float = 0.95) -> dict[str, dict[str, tuple
     return out
 
 
+def reach(of: BlockScores) -> np.ndarray:
+    """How far [D] 95 % intervals reach to either side of the point, discrepancies' too."""
+    return _sandwich(of, 0.95)[1]
+
+
 def covariance(of: BlockScores) -> np.ndarray:
     """Of the parameters of `of.space.coordinates` [K, K] in their own units, of a normal distribution.
 
     Its standard deviations are those of the 95 % `intervals`; to first order where a coordinate is a logarithm.
     """
     count = len(of.space.coordinates)
-    plain, reach = (each[:count] for each in _sandwich(of, 0.95))
+    plain, reaches = (each[:count] for each in _sandwich(of, 0.95))
     row = of.space.machines(of.point[None])[0]
     size = np.array([row[c.column] if c.log else 1.0 for c in of.space.coordinates])
     deviation = np.sqrt(np.diag(plain[:, :count]))
-    scale = size * reach / norm.ppf(0.975) / np.maximum(deviation, 1e-300)
+    scale = size * reaches / norm.ppf(0.975) / np.maximum(deviation, 1e-300)
     return plain[:, :count] * scale * scale[:, None]
 
 
@@ -117,7 +122,9 @@ def information(of: BlockScores) -> np.ndarray:
     """What the recording alone, without priors, says of `of.space.coordinates` [K, K]: inverse to a covariance."""
     count = len(of.space.coordinates)
     back = np.linalg.inv(_to_machine(of.space))
-    return (back.T @ of.curvature.sum(axis=0) @ back)[:count, :count]
+    whole = back.T @ of.curvature.sum(axis=0) @ back
+    beside = whole[:count, count:]  # what discrepancies might have caused instead is not known
+    return whole[:count, :count] - beside @ np.linalg.pinv(whole[count:, count:], hermitian=True) @ beside.T
 
 
 def at_bound(of: BlockScores, name: str) -> bool:
