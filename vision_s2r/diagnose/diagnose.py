@@ -13,7 +13,7 @@ from vision_s2r import parallel
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.quick import part_of, quickly
-from vision_s2r.diagnose.report import report
+from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.simulator import Settled, settle
 from vision_s2r.effects import E
@@ -141,6 +141,8 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     written |= {"quick": True} if cfg.quick else {}
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
+        if written["verdict"] in OPEN:
+            written["unexplained"]["resembles"] += case.symptoms(settled.simulator.hypothesis)
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":
         with case.session():
             written |= {"light": case.light(settled.simulator.hypothesis)}

@@ -22,6 +22,7 @@ from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
+from vision_s2r.fit.joint.stick_slip import stick_slip
 from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, REFITTED, SERVO, unit
@@ -385,6 +386,14 @@ class JointCase:
     def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
         """Effects of the hypothesis that the recording could not have shown beside its others, and why."""
         return not_excited(self._fitter, hypothesis, self._expected / self._temper, sorted(hypothesis.values))
+
+    def symptoms(self, hypothesis: Hypothesis) -> list[str]:
+        """What a servo's joint does that no function of the search shows, in words."""
+        if not self.recording.servo:
+            return []
+        simulated = free_run(self.recording, hypothesis.values)[..., 0]
+        found = stick_slip(self.recording, simulated, self._grid.resolution if self._grid else 0.0)
+        return [found.described(gap_metric(self.recording)[1])] if found else []
 
     def _describe(self) -> str:
         if self.track.servo:
