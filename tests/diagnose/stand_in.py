@@ -33,6 +33,7 @@ class Curves:
     y: np.ndarray
     noise: float = 0.1
     reach: float = 0.1  # of intervals
+    shown: np.ndarray | None = None  # [segments] how much of the curves each shows; all of them unless given
     withheld: Names = frozenset()
     contradictory: Names = frozenset()
     certain: Mapping[str, float] = field(default_factory=dict)
@@ -49,16 +50,16 @@ class Curves:
     def __post_init__(self) -> None:
         self.library = {name: effect(name) for name in CURVES if name not in self.withheld}
         self.segments = len(self.y)
+        self._shown = np.ones(self.segments) if self.shown is None else self.shown
 
     def _columns(self, names: Names) -> list[tuple[str, np.ndarray]]:
         rows = [(name, CURVES[name]) for name in sorted(names & frozenset(CURVES))]
         return rows + [(name, row) for name in sorted(names & frozenset(DISCREPANCIES)) for row in DISCREPANCIES[name]]
 
-    def _predict(self, hypothesis: Hypothesis) -> np.ndarray:
+    def _predict(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         known = sum((v["size"] * CURVES[name] for name, v in hypothesis.values.items()), np.zeros_like(T))
-        return known + sum(
-            (np.asarray(c) @ DISCREPANCIES[name] for name, c in hypothesis.extra.items()), np.zeros_like(T)
-        )
+        unknown = (np.asarray(c) @ DISCREPANCIES[name] for name, c in hypothesis.extra.items())
+        return np.outer(self._shown[list(segments)], sum(unknown, known))
 
     def unit_of(self, parameter: Parameter) -> str:
         """The parameter's own unit."""
@@ -69,7 +70,9 @@ class Curves:
         if not columns:
             return NOMINAL
         design = np.stack([row for _, row in columns], 1)
-        found = np.linalg.lstsq(design, self.y[list(segments)].mean(axis=0), rcond=None)[0]
+        shown = self._shown[list(segments)]
+        seen = shown @ self.y[list(segments)] / max(shown @ shown, 1e-9)
+        found = np.linalg.lstsq(design, seen, rcond=None)[0]
         extra: dict[str, list[float]] = {}
         values = {}
         for (name, _), value in zip(columns, found, strict=True):
@@ -80,11 +83,11 @@ class Curves:
         return Hypothesis(values, extra)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
-        residual = (self.y[list(segments)] - self._predict(hypothesis)) / self.noise
+        residual = (self.y[list(segments)] - self._predict(hypothesis, segments)) / self.noise
         return list(-0.5 * (residual**2).reshape(len(segments), 20, 10).sum(axis=2))
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
-        return ((self.y[list(segments)] - self._predict(hypothesis)) ** 2).mean(axis=1)
+        return ((self.y[list(segments)] - self._predict(hypothesis, segments)) ** 2).mean(axis=1)
 
     def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         return self.error(hypothesis, segments) / self.noise**2
@@ -93,7 +96,7 @@ class Curves:
         return np.full(len(segments), self.noise**2)
 
     def samples(self, hypothesis: Hypothesis) -> Samples:
-        error = (self.y - self._predict(hypothesis)) ** 2
+        error = (self.y - self._predict(hypothesis, range(self.segments))) ** 2
         thirds = Axis("time", ("early", "middle", "late"), np.tile((T * 2.999).astype(int), self.segments))
         segments = np.repeat(np.arange(self.segments), len(T))
         return Samples(error.ravel(), np.full(error.size, self.noise**2), segments, (thirds,))

@@ -82,6 +82,18 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
+def test_where_the_gap_is_noise_a_share_that_may_be_nothing_gets_no_name() -> None:
+    for seed in range(6):
+        found = diagnosed(recording(seed, wave=0.02))
+        assert found["verdict"] == "no_gap" and not found["effects"]
+
+
+def test_where_the_gap_is_noise_an_effect_that_few_episodes_show_plainly_has_its_name() -> None:
+    shown = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+    found = diagnosed(recording(1) + shown[:, None] * recording(0, noise=0.0, wave=0.077), shown=shown)
+    assert names(found) == {"wave"} and found["effects"][0]["ci"][0] < 0.01
+
+
 def test_an_effect_that_helps_in_company_alone_has_the_share_that_it_closes_there() -> None:
     found = diagnosed(recording(8, step=1.0, curve=-0.825))
     assert names(found) == {"step", "curve"}

@@ -171,7 +171,8 @@ def _candidates(
             line |= {"status": "undecided", "evidence": undecided[name]}
         elif name in settled.slight:
             line |= {
-                "reason": f"it closes less than {LEAST_SHARE:.0%} of the gap, or others do about as well without it"
+                "reason": f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do "
+                "about as well without it"
             }
         else:
             tried = assessor.assessed.get(final.names | {name})

@@ -69,6 +69,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             name
             for name in sorted(found.effects - frozenset(case.certain))
             if (is_slight(gap.share(stated[name])) and not _needed(assessor, found, name))
+            or _of_noise(assessor, found, name, gap.share(stated[name]))
             or (_open(found) and case.guessed and not _known(case, found.final, name))
         ]
         if not weak:
@@ -139,6 +140,17 @@ def _needed(assessor: Assessor, found: Found, name: str) -> bool:
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
     return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
+
+
+def _of_noise(assessor: Assessor, found: Found, name: str, share: Share) -> bool:
+    """Whether a name's share may be nothing, and is of a gap that is noise: no segment shows more than that of it.
+
+    Enough rows bring nats for what is a hundredth of their noise, and a share of next to nothing may well be large.
+    """
+    if share.ci[0] >= LEAST_SHARE or not assessor.adequate(found.nominal):
+        return False
+    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return bool((without.excess - found.final.excess).max() <= assessor.cfg.adequate)
 
 
 def _open(found: Found) -> bool:
