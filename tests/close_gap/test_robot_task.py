@@ -110,6 +110,20 @@ def test_a_share_of_what_may_be_nothing_is_not_said():
     assert "recovers 75 % (" in many[1]
 
 
+def test_a_robot_on_which_nothing_wins_says_nothing_of_what_to_mend_first():
+    def robot(said, **gained):
+        outcomes = {row: np.ones(2) for row in ("as_it_came", "everything", "diagnosed", "true_effects")}
+        losses = {"sources": [{"source": name, "gained": each} for name, each in gained.items()]}
+        believed = {"sources": [{"source": name, "gained": float(name == said)} for name in gained]}
+        report = {"verdict": "explained", "effects": [], "task": {"losses": believed}}
+        return Closed(withheld.Withheld("robot", Path("robot"), None), report, None, losses, outcomes, {})
+
+    tie = robot("camera", camera=0.0, drives=-0.1)
+    found = summary([tie, robot("drives", camera=0.0, drives=0.3), robot("camera", camera=0.1, drives=0.3)], 0)
+    assert found["named_first"]["value"] == 0.5 and found["named_first"]["robots"] == 2
+    assert summary([tie], 0)["named_first"] is None
+
+
 def test_the_page_begins_with_what_to_mend_first():
     def source(name, lost, gained):
         ci = {"lost_ci": [lost - 0.05, lost + 0.05], "gained_ci": [gained - 0.05, gained + 0.05]}

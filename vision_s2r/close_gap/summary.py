@@ -119,10 +119,14 @@ def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
     return {"value": float(part(np.ones((1, len(won))))[0]), "low": low, "high": high}
 
 
-def _named_first(closed: Sequence[Closed]) -> dict[str, float]:
-    """On how many robots the source that is said to be mended first is the one whose removal wins most."""
-    right = sum(_first(one.report["task"]["losses"]) == _first(one.losses) for one in closed if "task" in one.report)
-    return asdict(wilson(right, len(closed)))
+def _named_first(closed: Sequence[Closed]) -> dict[str, float] | None:
+    """On how many robots the source that is said to be mended first is the one whose removal wins most.
+
+    Of those on which some removal wins anything; None where there is none.
+    """
+    asked = [one for one in closed if any(source["gained"] > 0 for source in one.losses["sources"])]
+    right = sum("task" in one.report and _first(one.report["task"]["losses"]) == _first(one.losses) for one in asked)
+    return asdict(wilson(right, len(asked))) | {"robots": len(asked)} if asked else None
 
 
 def _first(losses: dict[str, Any]) -> str:
