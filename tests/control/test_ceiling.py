@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from vision_s2r.control import Given, track
+from vision_s2r.control import Given
 from vision_s2r.control.config import CeilingConfig, ControlTaskConfig, JointConfig
 from vision_s2r.control.planner import ceiling
-from vision_s2r.control.policy import Informed
+from vision_s2r.control.teacher import regulator, taught
 from vision_s2r.joint import JOINT_EFFECTS, NominalJoint
 
 NOMINAL, TASK = NominalJoint(**vars(JointConfig())), ControlTaskConfig()
@@ -28,14 +28,14 @@ def test_and_at_no_other():
     assert abs(errors[0, 1]) < TASK.tolerance
 
 
-def test_the_informed_controller_is_exact_where_it_knows_everything():
-    values = {
-        "viscous_damping": {"value": np.array([0.15, 0.3])},
-        "coulomb_friction": {"value": np.array([0.05, 0.1])},
-        "inertia": {"value": np.array([0.02, 0.04])},
-        "torque_constant": {"value": np.array([0.5, 0.4])},
-    }
-    informed = Informed(NOMINAL, values, TASK)
-    errors = track(informed, TASK, NOMINAL, Given(values), np.array([[5.0, -3.0, 1.0], [3.0, -2.0, 8.0]]))
-    assert abs(errors.ravel()[:-1]).max() < 1e-6
-    assert errors[1, 2] < (4 * 0.4 - 0.1) / 0.3 / 8 - 1  # all that the motor has
+@pytest.mark.parametrize("effect", ["latency", "backlash", "compliance", "encoder_quantization", "cogging", "inertia"])
+def test_the_teacher_leads_every_machine_to_its_speeds(effect):
+    machine = {**TRUTH, effect: JOINT_EFFECTS[effect].moderate() if effect != "inertia" else {"value": 0.04}}
+    errors = taught(TASK, NOMINAL, Given(machine), np.array([[5.0, -3.0, 1.5]]), 0.1, 0)
+    assert abs(errors).max() < TASK.tolerance
+
+
+def test_a_machine_that_no_command_holds_has_gains_that_are_numbers():
+    runs_away, nothing = np.array([[[2.0]]]), np.array([[[0.0]]])
+    assert np.isfinite(regulator(runs_away, nothing, 0.1)).all()
+    np.testing.assert_allclose(regulator(runs_away, np.array([[[1.0]]]), 1e-9), 2.0, rtol=1e-6)  # deadbeat

@@ -16,8 +16,8 @@ from vision_s2r.actuator.config import ActuatorTaskConfig, DriveConfig, DrivePol
 from vision_s2r.actuator.drive import Drive
 from vision_s2r.actuator.log import DriveLog, followed, record
 from vision_s2r.actuator.references import References, tasks
-from vision_s2r.control.gradient import fall
 from vision_s2r.control.policy import Network
+from vision_s2r.control.schedule import fall
 from vision_s2r.threads import one_thread
 from vision_s2r.training import checkpoint
 

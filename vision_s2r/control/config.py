@@ -15,7 +15,7 @@ FRICTION: Effects = {"viscous_damping": {"value": [0.08, 0.20]}, "coulomb_fricti
 # Every effect of a joint at once; a machine has some of them.
 DRIVE: Effects = {
     **FRICTION,
-    "inertia": {"value": [0.01, 0.08], "probability": 0.3},
+    "inertia": {"value": [0.01, 0.08], "probability": 0.5},
     "asymmetric_friction": {"viscous": [-0.05, 0.05], "coulomb": [-0.015, 0.015], "probability": 0.15},
     "load_dependent_friction": {"coefficient": [0.0, 0.25], "probability": 0.15},
     "stribeck_friction": {"static": [0.03, 0.10], "velocity": [0.05, 0.4]},
@@ -23,9 +23,9 @@ DRIVE: Effects = {
     "thermal_drift": {"rate": [0.0, 0.1], "probability": 0.15},
     "back_emf": {"value": [0.0, 0.3], "probability": 0.15},
     "latency": {"delay": [0.0, 0.02], "probability": 0.3},
-    "backlash": {"width": [0.005, 0.05], "probability": 0.15},
+    "backlash": {"width": [0.005, 0.05], "probability": 0.3},
     "encoder_quantization": {"resolution": [0.001, 0.015], "probability": 0.15},
-    "compliance": {"stiffness": [3.0, 12.0], "damping": [0.005, 0.03], "probability": 0.15},
+    "compliance": {"stiffness": [3.0, 12.0], "damping": [0.005, 0.03], "probability": 0.25},
     "torque_saturation": {"limit": [0.4, 1.5], "probability": 0.1},
     "torque_speed_limit": {"stall": [0.5, 1.5], "no_load_speed": [8.0, 20.0], "probability": 0.1},
 }
@@ -78,14 +78,21 @@ class ControlTrainingConfig:
 
 
 @dataclass
-class GradientTrainingConfig:
-    """Learning by the gradient through the simulator."""
+class ImitationTrainingConfig:
+    """Learning from a teacher that is told the machine, where the policy itself leads."""
 
     envs: int = option(128, "Joints side by side.", low=1)
-    steps: int = option(5_000_000, "Environment steps of a training, all joints together.", low=1)
-    window: int = option(40, "Samples after which the policy is updated, and through which the gradient flows.", low=1)
+    steps: int = option(12_000_000, "Environment steps of a training, all joints together.", low=1)
+    window: int = option(50, "Samples of each joint in a gradient step; a memory is traced back so far.", low=1)
+    passes: int = option(4, "Over an episode.", low=1)
+    led: float = option(0.3, "The share of the steps in which fewer and fewer joints are led by the teacher.", above=0)
+    effort: float = option(
+        0.1, "What an ampere squared costs the teacher, beside the square of a speed that is wrong by 1 rad/s.", above=0
+    )
     learning_rate: float = option(2e-3, "Of Adam; it falls to a fiftieth.", above=0)
-    hidden: list[int] = option([64, 64], "Width of each hidden layer.", low=1)
+    hidden: list[int] = option(
+        [64, 64], "Width of each hidden layer; where a policy is recurrent, the last remembers.", low=1
+    )
 
 
 @dataclass
@@ -95,9 +102,11 @@ class PolicyConfig:
     history: int = option(0, "How many samples back (velocity and current) it sees.", low=0)
     method: str = option(
         "ppo",
-        "How it learns: ppo (from rewards; key training), or gradient (through the simulator; key gradient).",
-        choices=("ppo", "gradient"),
+        "How it learns: ppo (from rewards; key training), or imitation (from a teacher that knows the machine; key "
+        "imitation).",
+        choices=("ppo", "imitation"),
     )
+    recurrent: bool = option(False, "Whether it remembers the episode, where it learns by imitation.")
     effects: Effects = option(
         {}, "By effect: probability (1 if left out) and each of its parameters, a number or [low, high]."
     )
@@ -174,8 +183,8 @@ class ControlAblationConfig:
 class ControlAdrConfig:
     """Automatic domain randomization, against hand-picked ranges."""
 
-    history: int = option(20, "How many samples back policies see.", low=0)
-    steps: int = option(2_000_000, "Environment steps of a training, by the gradient.", low=1)
+    history: int = option(4, "How many samples back policies see; they remember, and learn by imitation.", low=0)
+    steps: int = option(2_000_000, "Environment steps of a training.", low=1)
     evaluations: int = option(512, "Joints on which the policy is tried after each episode.", low=1)
     every: int = option(1, "Of its episodes between these trials.", low=1)
     buffer: int = option(30, "Results at a boundary from which a decision is made.")
@@ -242,13 +251,14 @@ class ControlConfig:
     )
     task: ControlTaskConfig = option(ControlTaskConfig, "Target speeds.")
     training: ControlTrainingConfig = option(ControlTrainingConfig, "PPO.")
-    gradient: GradientTrainingConfig = option(GradientTrainingConfig, "Learning by the gradient through the simulator.")
+    imitation: ImitationTrainingConfig = option(ImitationTrainingConfig, "Learning from a teacher.")
     policies: dict[str, PolicyConfig] = option(
         {
             "default": PolicyConfig(),
             "randomized": PolicyConfig(effects=FRICTION),
             "history": PolicyConfig(history=4, effects=FRICTION),
-            "memory": PolicyConfig(history=20, method="gradient", effects=DRIVE),
+            "window": PolicyConfig(history=40, method="imitation", effects=DRIVE),
+            "memory": PolicyConfig(history=4, method="imitation", recurrent=True, effects=DRIVE),
         },
         "Policies to train, by name.",
     )

@@ -96,7 +96,7 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
             targets = size * self.rng.choice([-1.0, 1.0], size.shape)
         self._targets = np.ascontiguousarray(targets.T)  # [T, N]
         self._errors = np.zeros_like(self._targets)
-        self.sample = 0
+        self.sample, self.sent = 0, np.zeros(count)
         self._seen = np.zeros((count, observation_size(self.history)), np.float32)
         return self._observe(self._joints.shown[:, 1], np.zeros(count))
 
@@ -115,13 +115,18 @@ class SpeedTracking(VectorEnv[np.ndarray, np.ndarray, np.ndarray]):
         return seen
 
     @property
+    def is_new_target(self) -> bool:
+        """Whether the present sample is the first of its targets."""
+        return self.sample % self._held == 0
+
+    @property
     def target(self) -> np.ndarray:
         """Target speeds [N] of the present sample, rad/s."""
         return self._targets[min(self.sample // self._held, len(self._targets) - 1)]
 
     def step(self, actions: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
         """Send currents [N, 1] for a sample. Where that ends the episode, the next one has begun."""
-        sent = np.clip(actions[:, 0], -1.0, 1.0).astype(np.float64)
+        self.sent = sent = np.clip(actions[:, 0], -1.0, 1.0).astype(np.float64)  # [N], the last action
         shown = self.joints.step(sent * self.task.max_current)[:, 1]
         true, target = self.joints.true[:, 1], self.target
         error = np.abs(true / target - 1)

@@ -16,6 +16,10 @@ class Controller(Protocol):
 
     history: int
 
+    def begin(self, count: int) -> None:
+        """An episode of `count` joints begins: nothing is known of them yet."""
+        ...
+
     def act(self, seen: np.ndarray) -> np.ndarray:
         """Actions [N, 1] in [-1, 1] for observations [N, 2 + 2·history]."""
         ...

@@ -1,5 +1,6 @@
 """Controllers: from what is seen to what is sent."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from itertools import pairwise
 from pathlib import Path
@@ -11,14 +12,11 @@ from torch import Tensor, nn
 
 from vision_s2r.control.config import ControlTaskConfig
 from vision_s2r.control.environment import history_of, observation_size
-from vision_s2r.control.machines import Values
 from vision_s2r.errors import UserError
 from vision_s2r.joint import NominalJoint
 from vision_s2r.training import checkpoint
 
 KIND = "controller"
-DYNAMICS = ("viscous_damping", "coulomb_friction", "inertia", "torque_constant")
-LEAST_DAMPING = 1e-6  # N·m·s/rad
 
 
 class OpenLoop:
@@ -29,36 +27,14 @@ class OpenLoop:
     def __init__(self, nominal: NominalJoint, task: ControlTaskConfig) -> None:
         self.nominal, self.task = nominal, task
 
+    def begin(self, count: int) -> None:
+        """Nothing is remembered."""
+
     def act(self, seen: np.ndarray) -> np.ndarray:
         """The inverse of the nominal steady state."""
         target = seen[:, :1].astype(float) * self.task.highest
         torque = self.nominal.viscous_damping * target + self.nominal.coulomb_friction * np.sign(target)
         return np.clip(torque / self.nominal.torque_constant / self.task.max_current, -1, 1)
-
-
-class Informed:
-    """Knows the friction, inertia and gain of each joint, by `values` [N], and is at the target as soon as may be.
-
-    Deadbeat control, exact for a joint without other effects: the current after which the next sample is at the target,
-    or the most.
-    """
-
-    history = 0
-
-    def __init__(self, nominal: NominalJoint, values: Values, task: ControlTaskConfig) -> None:
-        self.task = task
-        known = {name: values.get(name, {}).get("value", getattr(nominal, name)) for name in DYNAMICS}
-        self.damping, self.friction = known["viscous_damping"], known["coulomb_friction"]
-        self.inertia, self.gain = known["inertia"], known["torque_constant"]
-
-    def act(self, seen: np.ndarray) -> np.ndarray:
-        """What moves the joint from its velocity to the target within a sample."""
-        target, velocity = self.task.highest * seen[:, :2].astype(float).T
-        rate = np.maximum(self.damping, LEAST_DAMPING) / self.inertia
-        left = np.exp(-rate * self.task.sample_time)
-        torque = (target - left * velocity) * rate * self.inertia / (1 - left)
-        torque += self.friction * np.sign(np.where(velocity == 0, target, velocity))
-        return np.clip(torque / self.gain / self.task.max_current, -1, 1)[:, None]
 
 
 class Network(nn.Module):
@@ -74,11 +50,62 @@ class Network(nn.Module):
         self.layers = layers(inputs, hidden)
         self.action = nn.Linear(hidden[-1] + straight * inputs, 1)
 
+    @property
+    def shape(self) -> dict[str, Any]:
+        """What `network_of` makes another one from."""
+        return {"history": history_of(self.inputs), "hidden": self.hidden, "straight": self.straight}
+
     def forward(self, seen: Tensor) -> Tensor:
         """Mean actions [N, 1] for observations [N, inputs]."""
         last = self.layers(seen)
         action: Tensor = self.action(torch.cat([last, seen], dim=1) if self.straight else last)
         return action
+
+    def frozen(self) -> "_Layers":
+        """The same in NumPy."""
+        return _Layers(self)
+
+
+class RecurrentNetwork(nn.Module):
+    """A linear controller whose gains a memory schedules: what it has made out of the machine (GRU, Cho et al. 2014).
+
+    Gains that are scheduled, not an action that is added: a joint with a spring wants another feedback than one
+    without, and a sum of both is right for neither. The last of the `hidden` widths is the memory's.
+    """
+
+    def __init__(self, inputs: int, hidden: list[int]) -> None:
+        super().__init__()
+        self.inputs, self.hidden = inputs, list(hidden)
+        *before, width = hidden
+        self.layers = layers(inputs, before)
+        self.memory = nn.GRU(before[-1] if before else inputs, width)
+        self.gains = nn.Linear(hidden[-1], inputs + 1)
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """What `network_of` makes another one from."""
+        return {"history": history_of(self.inputs), "hidden": self.hidden, "recurrent": True}
+
+    def forward(self, seen: Tensor, memory: Tensor) -> tuple[Tensor, Tensor]:
+        """Actions [T, N] for observations [T, N, inputs] one after the other; the memory [1, N, hidden] goes on."""
+        recalled, memory = self.memory(self.layers(seen), memory)
+        gains = self.gains(recalled)
+        return (gains[..., :-1] * seen).sum(dim=-1) + gains[..., -1], memory
+
+    def frozen(self) -> "_Recurrent":
+        """The same in NumPy."""
+        return _Recurrent(self)
+
+
+AnyNetwork = Network | RecurrentNetwork
+
+
+def network_of(shape: Mapping[str, Any]) -> AnyNetwork:
+    """A network of this `shape`, untrained."""
+    inputs, hidden = observation_size(int(shape["history"])), list(shape["hidden"])
+    if shape.get("recurrent"):
+        return RecurrentNetwork(inputs, hidden)
+    return Network(inputs, hidden, bool(shape["straight"]))
 
 
 def layers(inputs: int, hidden: list[int]) -> nn.Sequential:
@@ -89,23 +116,87 @@ def layers(inputs: int, hidden: list[int]) -> nn.Sequential:
     return nn.Sequential(*found)
 
 
-class Policy:
-    """A trained network's mean action: softened by nothing, the same for the same observation."""
+class _Layers:
+    """A `Network` in NumPy: for one joint in real time, torch would spend most of its time on the way to it."""
 
     def __init__(self, network: Network) -> None:
-        self.history, self._straight = history_of(network.inputs), network.straight
-        linear = [each for each in network.modules() if isinstance(each, nn.Linear)]
-        self._weights = [(each.weight.detach().numpy().T.copy(), each.bias.detach().numpy().copy()) for each in linear]
+        *self._inner, self._last = [_linear(each) for each in network.modules() if isinstance(each, nn.Linear)]
+        self._straight = network.straight
+
+    def begin(self, count: int) -> None:
+        """Nothing is remembered."""
 
     def act(self, seen: np.ndarray) -> np.ndarray:
-        """In NumPy: for one joint in real time, torch would spend most of its time on the way to the network."""
-        *inner, (weight, bias) = self._weights
-        last = seen
-        for each, shift in inner:
-            last = np.tanh(last @ each + shift)
+        """Actions [N, 1]."""
+        last = _through(self._inner, seen)
         if self._straight:
             last = np.concatenate([last, seen], axis=1)
-        return np.clip(last @ weight + bias, -1, 1)
+        weight, bias = self._last
+        actions: np.ndarray = last @ weight + bias
+        return actions
+
+
+class _Recurrent:
+    """A `RecurrentNetwork` in NumPy, with its memory."""
+
+    def __init__(self, network: RecurrentNetwork) -> None:
+        self._inner = [_linear(each) for each in network.layers if isinstance(each, nn.Linear)]
+        self._gains = _linear(network.gains)
+        given = network.memory.state_dict()
+        self._seen, self._recalled = (
+            (given[f"weight_{way}_l0"].numpy().T.copy(), given[f"bias_{way}_l0"].numpy().copy()) for way in ("ih", "hh")
+        )
+        self._width = network.hidden[-1]
+        self.begin(0)
+
+    def begin(self, count: int) -> None:
+        """Nothing is known of the joints yet."""
+        self._memory = np.zeros((count, self._width), np.float32)
+
+    def act(self, seen: np.ndarray) -> np.ndarray:
+        """Actions [N, 1]; what was seen is remembered."""
+        new = _affine(_through(self._inner, seen), self._seen)
+        old = _affine(self._memory, self._recalled)
+        both = 2 * self._width
+        reset, keep = np.split(1 / (1 + np.exp(-(new[:, :both] + old[:, :both]))), 2, axis=1)
+        self._memory = (1 - keep) * np.tanh(new[:, both:] + reset * old[:, both:]) + keep * self._memory
+        gains = _affine(self._memory, self._gains)
+        actions: np.ndarray = (gains[:, :-1] * seen).sum(axis=1, keepdims=True) + gains[:, -1:]
+        return actions
+
+
+_Affine = tuple[np.ndarray, np.ndarray]
+
+
+def _linear(layer: nn.Linear) -> _Affine:
+    return layer.weight.detach().numpy().T.copy(), layer.bias.detach().numpy().copy()
+
+
+def _affine(seen: np.ndarray, layer: _Affine) -> np.ndarray:
+    found: np.ndarray = seen @ layer[0] + layer[1]
+    return found
+
+
+def _through(inner: Sequence[_Affine], seen: np.ndarray) -> np.ndarray:
+    for each in inner:
+        seen = np.tanh(_affine(seen, each))
+    return seen
+
+
+class Policy:
+    """A trained network's mean action: softened by nothing, the same for the same observations since `begin`."""
+
+    def __init__(self, network: AnyNetwork) -> None:
+        self.history = history_of(network.inputs)
+        self._network = network.frozen()
+
+    def begin(self, count: int) -> None:
+        """An episode of so many joints begins."""
+        self._network.begin(count)
+
+    def act(self, seen: np.ndarray) -> np.ndarray:
+        """Actions [N, 1]."""
+        return np.clip(self._network.act(seen), -1, 1)
 
     @classmethod
     def load(cls, path: str | Path, task: ControlTaskConfig) -> "Policy":
@@ -115,17 +206,15 @@ class Policy:
         """
         loaded = checkpoint.load(path, KIND)
         _same_task(loaded, task)
-        known = loaded.configuration
-        network = Network(observation_size(int(known["history"])), list(known["hidden"]), bool(known["straight"]))
+        network = network_of(loaded.configuration)
         loaded.restore("network", network)
         return cls(network)
 
 
-def save(path: Path, network: Network, task: ControlTaskConfig, facts: Any) -> None:
+def save(path: Path, network: AnyNetwork, task: ControlTaskConfig, facts: Any) -> None:
     """Write a policy; `facts` say how it was trained."""
-    shape = {"history": history_of(network.inputs), "hidden": network.hidden, "straight": network.straight}
     tensors = {f"network.{name}": value for name, value in network.state_dict().items()}
-    checkpoint.save(path, checkpoint.Checkpoint(KIND, {"task": _units(task), **shape}, {}, facts, tensors))
+    checkpoint.save(path, checkpoint.Checkpoint(KIND, {"task": _units(task), **network.shape}, {}, facts, tensors))
 
 
 def _units(task: ControlTaskConfig) -> dict[str, float]:

@@ -22,6 +22,7 @@ def track(
     """
     environment = SpeedTracking(task, nominal, machines, len(targets), controller.history, seed)
     seen, _ = environment.reset(options={"targets": targets})
+    controller.begin(len(targets))
     info: dict[str, np.ndarray] = {}
     for _ in range(episode_samples(task) // task.targets * targets.shape[1]):
         seen, _, _, _, info = environment.step(controller.act(seen))

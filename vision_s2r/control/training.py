@@ -10,15 +10,15 @@ import numpy as np
 import torch
 
 from vision_s2r import files
-from vision_s2r.control import gradient, policy, ppo
-from vision_s2r.control.config import ControlTaskConfig, ControlTrainingConfig, GradientTrainingConfig
+from vision_s2r.control import imitation, policy, ppo
+from vision_s2r.control.config import ControlTaskConfig, ControlTrainingConfig, ImitationTrainingConfig
 from vision_s2r.control.environment import SpeedTracking
 from vision_s2r.control.machines import Machines
 from vision_s2r.errors import UserError
 from vision_s2r.joint import NominalJoint
 from vision_s2r.threads import one_thread
 
-Training = ControlTrainingConfig | GradientTrainingConfig
+Training = ControlTrainingConfig | ImitationTrainingConfig
 
 
 @one_thread()
@@ -30,18 +30,21 @@ def train(
     training: Training,
     out: Path,
     seed: int,
+    recurrent: bool = False,
 ) -> Path:
     """A policy for these machines, in `out`/policy.safetensors; returns that path, at once where it is there.
 
-    With PPO, or by the gradient through the simulator, as `training` is of the one or the other. `out`/progress.csv has
-    the share of targets reached after each episode. Every episode ends in a state to resume from; a resumed training is
-    the uninterrupted one, step by step. Raises UserError where `out` holds a training with other settings.
+    With PPO, or from a teacher, as `training` is of the one or the other; the latter may be `recurrent`. `out` has
+    progress.csv, the share of targets reached after each episode. Every episode ends in a state to resume from; a
+    resumed training is the uninterrupted one, step by step. Raises UserError where `out` holds a training with other
+    settings.
     """
     settings = {
         "task": asdict(task),
         "nominal": asdict(nominal),
         "machines": machines.described,
         "history": history,
+        "recurrent": recurrent,
         "training": asdict(training),
         "seed": seed,
     }
@@ -52,8 +55,8 @@ def train(
         return released
     environment = SpeedTracking(task, nominal, machines, training.envs, history, seed)
     with _generators_kept():
-        if isinstance(training, GradientTrainingConfig):
-            network = gradient.learn(environment, training, out, seed)
+        if isinstance(training, ImitationTrainingConfig):
+            network: policy.AnyNetwork = imitation.learn(environment, training, recurrent, out, seed)
         else:
             network = ppo.learn(environment, training, out, seed)
     policy.save(released, network, task, {"steps": training.steps, "seed": seed})

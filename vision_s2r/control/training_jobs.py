@@ -52,10 +52,13 @@ class Source:
     machines: Callable[[int], Machines]
     history: int
     method: str = "ppo"
+    recurrent: bool = False
 
 
 def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
     """Machines from the policy's ranges, or from the distribution in its file; UserError for one that has both."""
+    if policy.recurrent and policy.method != "imitation":
+        raise UserError(f"a policy that is recurrent and learns by method={policy.method}, expected imitation")
     if policy.distribution and policy.effects:
         raise UserError(f"a policy with effects and with distribution={policy.distribution}, expected one of them")
     distribution: Box | Posterior
@@ -63,7 +66,7 @@ def drawn(cfg: ControlConfig, policy: PolicyConfig) -> Source:
         distribution = load_distribution(Path(policy.distribution), CONTROL_EFFECTS, nominal_values(cfg))
     else:
         distribution = box_of(cfg, policy.effects)
-    return Source(lambda _: DrawnMachines(distribution), policy.history, policy.method)
+    return Source(lambda _: DrawnMachines(distribution), policy.history, policy.method, policy.recurrent)
 
 
 def trained_on(
@@ -79,6 +82,7 @@ def trained_on(
             _training(cfg, sources[name].method, steps),
             folder(cfg, name, seed),
             seed,
+            sources[name].recurrent,
         )
         for name, seed in jobs
     )
@@ -95,10 +99,12 @@ def folder(cfg: ControlConfig, name: str, seed: int) -> Path:
 
 
 def _training(cfg: ControlConfig, method: str, steps: int | None) -> Training:
-    training: Training = cfg.gradient if method == "gradient" else cfg.training
+    training: Training = cfg.imitation if method == "imitation" else cfg.training
     return training if steps is None else replace(training, steps=steps)
 
 
-def _one(cfg: ControlConfig, machines: Machines, history: int, training: Training, out: Path, seed: int) -> Path:
+def _one(
+    cfg: ControlConfig, machines: Machines, history: int, training: Training, out: Path, seed: int, recurrent: bool
+) -> Path:
     log_to_terminal()
-    return train(cfg.task, nominal_of(cfg), machines, history, training, out, seed)
+    return train(cfg.task, nominal_of(cfg), machines, history, training, out, seed, recurrent)

@@ -97,6 +97,18 @@ class Joints:
             copies._responses = self._responses[which]
         return copies
 
+    def placed(self, machines: np.ndarray, moving: np.ndarray) -> "Joints":
+        """As many joints `machines` [N, P] with these clocks at this time, in states [N, 4] as `moving` has them.
+
+        Nothing is on its way to them, and where there is twist their play is closed.
+        """
+        placed, every = self.take(np.arange(len(self))), np.arange(len(self))
+        placed.reset(every, machines, moving[:, :2])
+        placed._samples = self._samples.copy()
+        placed._states[:, _MOVING] = moving
+        placed._states[:, -1] = np.sign(moving[:, -1])
+        return placed
+
     def reset(
         self,
         which: np.ndarray,
@@ -167,6 +179,16 @@ class Joints:
         else:
             list(self._pool.map(share, range(self._threads)))
         return self._shown.copy()
+
+    @property
+    def machines(self) -> np.ndarray:
+        """Their machines [N, P], rows of `pack`."""
+        return self._machines.copy()
+
+    @property
+    def sample_time(self) -> np.ndarray:
+        """Seconds [N] between commands."""
+        return self._sample_time.copy()
 
     @property
     def moving(self) -> np.ndarray:
