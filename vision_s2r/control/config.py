@@ -184,7 +184,7 @@ class ControlAdrConfig:
     """Automatic domain randomization, against hand-picked ranges."""
 
     history: int = option(4, "How many samples back policies see; they remember, and learn by imitation.", low=0)
-    steps: int = option(2_000_000, "Environment steps of a training.", low=1)
+    steps: int = option(3_000_000, "Environment steps of a training.", low=1)
     evaluations: int = option(512, "Joints on which the policy is tried after each episode.", low=1)
     every: int = option(1, "Of its episodes between these trials.", low=1)
     buffer: int = option(30, "Results at a boundary from which a decision is made.")

@@ -13,8 +13,8 @@ TITLES = {
     "default": "PPO, the wrong simulator",
     "randomized": "PPO, b and τ_f randomized",
     "history": "… that sees 4 samples back",
-    "window": "every effect at once, taught, 40 samples back",
-    "memory": "… that remembers",
+    "window": "taught under every effect, 40 samples back",
+    "memory": "taught under every effect, with a memory",
     CEILING: "knows the machine",
 }
 SPEED = 5.0  # rad/s, of the steady error
