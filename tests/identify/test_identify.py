@@ -8,11 +8,14 @@ import pytest
 from machines import NOMINAL, a_log, steps
 
 from vision_s2r.errors import UserError
+from vision_s2r.fit.joint.case import JointCase
+from vision_s2r.fit.joint.discrepancy import OWN_BIAS
 from vision_s2r.identify import IdentifyConfig, identify, identify_all
 from vision_s2r.identify.config import HoldConfig
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.randomize import load_distribution
 from vision_s2r.recording import write
+from vision_s2r.recording.joined import joined
 
 TRUTH = {
     "viscous_damping": {"value": 0.15},
@@ -155,3 +158,21 @@ def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
         reach = (more["ci"][1] - more["ci"][0]) / 2
         assert abs(more["value"] - biases[name] + biases["a"]) < 2 * reach < 0.01
     assert result["gap"]["after"] < (1.1 if method == "forward" else 10) * result["gap"]["floor"]
+
+
+@pytest.mark.parametrize("loads", [("load_inertia",), ("external", "load_inertia")])
+def test_recordings_whose_loads_change_within_a_sample_are_joined(loads):
+    """A bias torque of each recording's own is added to loads of several values a sample, or stands beside them."""
+    logs = []
+    for seed, samples, bias in ((1, 400, 0.02), (2, 300, -0.03)):
+        log = a_log({"bias_torque": {"value": bias}}, steps(1, samples, seed=seed), seed=seed)
+        logs.append(dataclasses.replace(log, **{name: np.full((1, 2 * samples), 1e-6) for name in loads}))
+    together = joined(logs)
+    assert together.load_inertia.shape == (2, 800)
+    assert (together.load_inertia[1, :600] == 1e-6).all() and not together.load_inertia[1, 600:].any()
+    case = JointCase(together, {each.name: each for each in JOINT_EFFECTS})
+    found = case.fit(frozenset({"bias_torque"}), range(case.segments), None)
+    assert found.extra[OWN_BIAS] == pytest.approx([-0.05], abs=2e-3)
+    shared = dataclasses.replace(found, extra={OWN_BIAS: np.zeros(1)})
+    every = range(case.segments)
+    assert case.error(found, every).mean() < 0.1 * case.error(shared, every).mean()

@@ -10,7 +10,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.recording.data import JointRecording
 from vision_s2r.recording.joint import CONTROL, NOMINAL
 
-OPTIONAL = ("velocity", "times", "supply", "external")  # which all have, or none
+OPTIONAL = ("velocity", "times", "supply", "external", "load_inertia")  # which all have, or none
 
 
 def joined(recordings: Sequence[JointRecording]) -> JointRecording:
@@ -31,10 +31,14 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     samples = max(each.position.shape[1] for each in recordings)
 
     def stacked(name: str, fill: float) -> np.ndarray:
-        parts = [getattr(each, name) for each in recordings]
-        return np.concatenate([np.pad(x, ((0, 0), (0, samples - x.shape[1])), constant_values=fill) for x in parts])
+        padded = []
+        for each in recordings:
+            values, length = getattr(each, name), each.position.shape[1]
+            more = (samples - length) * (values.shape[1] // length)  # loads may have several values a sample
+            padded.append(np.pad(values, ((0, 0), (0, more)), constant_values=fill))
+        return np.concatenate(padded)
 
-    optional = {"velocity": np.nan, "supply": 1.0, "external": 0.0}
+    optional = {"velocity": np.nan, "supply": 1.0, "external": 0.0, "load_inertia": 0.0}
     given: dict[str, Any] = {
         name: stacked(name, fill) for name, fill in optional.items() if getattr(first, name) is not None
     }

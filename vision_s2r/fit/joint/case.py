@@ -23,7 +23,7 @@ from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolve
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.stick_slip import stick_slip
-from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track
+from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track, with_load
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, REFITTED, SERVO, unit
 from vision_s2r.recording import JointRecording, split
@@ -410,8 +410,8 @@ def _loaded(recording: JointRecording, hypothesis: Hypothesis) -> JointRecording
     more = hypothesis.extra.get(OWN_BIAS)
     if more is None or recording.source is None:
         return recording
-    external = np.zeros(recording.command.shape) if recording.external is None else recording.external
-    return replace(recording, external=external + own_load(recording.source, more)[:, None])
+    like = recording.command if recording.load_inertia is None else recording.load_inertia
+    return replace(recording, external=with_load(recording.external, like, own_load(recording.source, more)))
 
 
 def _reaches_its_limit(recording: JointRecording) -> bool:

@@ -71,9 +71,10 @@ class EpisodeInputs:
 
         `load` [E] is a constant torque on the load, beside all others.
         """
-        external = self.external if self.external is None else self.external[episodes]
+        external = None if self.external is None else self.external[episodes]
+        inertia = None if self.load_inertia is None else self.load_inertia[episodes]
         if load is not None:
-            external = (np.zeros(self.command[episodes].shape) if external is None else external) + load[:, None]
+            external = with_load(external, self.command[episodes] if inertia is None else inertia, load)
         if observed is not None and self.every > 1:
             kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
             observed[:, :: self.every] = kept
@@ -85,7 +86,7 @@ class EpisodeInputs:
             times=None if self.times is None else self.times[episodes],
             scale=None if self.scale is None else self.scale[episodes],
             external=external,
-            load_inertia=None if self.load_inertia is None else self.load_inertia[episodes],
+            load_inertia=inertia,
             lengths=self.lengths[episodes],
             observed=observed,
             leak=leak,
@@ -184,6 +185,11 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
         least_inertia=recording.least_inertia,
         source=recording.source,
     )
+
+
+def with_load(external: np.ndarray | None, like: np.ndarray, load: np.ndarray) -> np.ndarray:
+    """External torques [E, N·S] with a constant `load` [E] more; where there are none, in the shape of `like`."""
+    return (np.zeros(like.shape) if external is None else external) + load[:, None]
 
 
 def led_by(track: JointTrack, predicted: np.ndarray) -> JointTrack:
