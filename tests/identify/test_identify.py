@@ -176,3 +176,11 @@ def test_recordings_whose_loads_change_within_a_sample_are_joined(loads):
     shared = dataclasses.replace(found, extra={OWN_BIAS: np.zeros(1)})
     every = range(case.segments)
     assert case.error(found, every).mean() < 0.1 * case.error(shared, every).mean()
+
+
+def test_an_effect_as_large_as_is_plausible_is_seen():
+    """Half a sample of latency was called not excited: with as much beside it, nothing moves."""
+    case = JointCase(a_log({"latency": {"delay": 0.005}}, steps(2, 400)), {each.name: each for each in JOINT_EFFECTS})
+    fitted = case.fit(frozenset({"latency"}), range(case.segments), None)
+    assert fitted.values["latency"]["delay"] == pytest.approx(0.005, abs=1e-4)
+    assert "latency" not in case.unshown(fitted)

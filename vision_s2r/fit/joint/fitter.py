@@ -115,8 +115,10 @@ class JointFitter(Fitter[JointSpace]):
         space = self.space(names_of(hypothesis) | {name})
         there = space.start(Hypothesis({**hypothesis.values, name: values}, hypothesis.extra))
         _, slopes = self.observer.slopes(before, here, data.episodes)
-        base = self.space(names_of(hypothesis))
-        now = self.observer.residuals(base, base.start(hypothesis)[None], data.episodes)
+        # An effect that is there already, at this size, moves nothing: it is seen beside its absence.
+        absent = hypothesis if name in DYNAMICS else hypothesis.only(names_of(hypothesis) - {name})
+        base = self.space(names_of(absent))
+        now = self.observer.residuals(base, base.start(absent)[None], data.episodes)
         weight = np.sqrt(data.temper / variance) * data.weight[..., None]
         moved = ((self.observer.residuals(space, there[None], data.episodes) - now) * weight).ravel()
         basis = (slopes * weight).reshape(before.size, weight.size).T
