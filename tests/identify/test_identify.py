@@ -135,6 +135,14 @@ def test_recordings_that_are_not_of_one_joint_are_not_joined(tmp_path):
         identify_all(IdentifyConfig(recording=folders, together=True, out=str(tmp_path / "out")))
 
 
+def _together(folder, logs, **options):
+    """What is identified from logs of one joint: identified.json, and its effects by name."""
+    folders = [str(write(log, folder / str(k))) for k, log in enumerate(logs)]
+    cfg = IdentifyConfig(recording=folders, together=True, out=str(folder / "out"), **options)
+    result = json.loads(identify_all(cfg)[0].read_text())
+    return result, {each["name"]: each["parameters"]["value"] for each in result["effects"]}
+
+
 @pytest.mark.parametrize("method", ["forward", "inverse"])
 def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
     """A load cell's or a driver's zero is set anew each time: one for all would pass for friction and noise."""
@@ -144,10 +152,7 @@ def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
         a_log(truth | {"bias_torque": {"value": bias}}, steps(1, 1000, seed=seed), seed=seed)
         for seed, bias in enumerate(biases.values(), 2)
     ]
-    folders = [str(write(log, tmp_path / name)) for name, log in zip(biases, logs, strict=True)]
-    cfg = IdentifyConfig(recording=folders, together=True, method=method, out=str(tmp_path / "out"))
-    result = json.loads(identify_all(cfg)[0].read_text())
-    found = {each["name"]: each["parameters"]["value"] for each in result["effects"]}
+    result, found = _together(tmp_path, logs, method=method)
     for name, given in truth.items():
         assert found[name]["value"] == pytest.approx(given["value"], rel=0.01), name
     assert found["bias_torque"]["value"] == pytest.approx(biases["a"], abs=1e-3)
@@ -158,6 +163,26 @@ def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
         reach = (more["ci"][1] - more["ci"][0]) / 2
         assert abs(more["value"] - biases[name] + biases["a"]) < 2 * reach < 0.01
     assert result["gap"]["after"] < (1.1 if method == "forward" else 10) * result["gap"]["floor"]
+
+
+def test_recordings_of_a_joint_have_a_position_offset_each(tmp_path):
+    """An encoder whose zero is set anew each time shows the same weight elsewhere."""
+    zeros = {"a": 0.1, "b": -0.35, "c": 0.4}
+    truth = {"gravity_torque": {"value": 0.5}, "viscous_damping": {"value": 0.15}}
+    logs = []
+    for seed, zero in enumerate(zeros.values(), 2):
+        log = a_log(truth | {"position_offset": {"value": zero}}, steps(1, 1000, seed=seed), seed=seed)
+        logs.append(dataclasses.replace(log, nominal=NOMINAL | {"gravity_torque": 0.45}))
+    result, found = _together(tmp_path, logs, effects=["position_offset"])
+    for name, given in truth.items():
+        assert found[name]["value"] == pytest.approx(given["value"], rel=0.01), name
+    assert found["position_offset"]["value"] == pytest.approx(zeros["a"], abs=3e-3)
+    for each, name in zip(result["offsets"], "bc", strict=True):
+        more = each["position_offset"]
+        assert more["value"] == pytest.approx(zeros[name] - zeros["a"], abs=5e-3)
+        assert more["ci"][0] < zeros[name] - zeros["a"] < more["ci"][1]
+        assert each["bias_torque"]["value"] == pytest.approx(0.0, abs=2e-3)
+    assert result["gap"]["after"] < 1.1 * result["gap"]["floor"]
 
 
 @pytest.mark.parametrize("loads", [("load_inertia",), ("external", "load_inertia")])

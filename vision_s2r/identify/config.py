@@ -68,8 +68,8 @@ class IdentifyConfig:
     recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
     together: bool = option(
         False,
-        "Whether several recordings are of one joint, identified together, each with a bias torque of its own; else "
-        "each by itself.",
+        "Whether several recordings are of one joint, identified together, each with a bias torque and a position "
+        "offset of its own; else each by itself.",
     )
     effects: list[str] = option(
         [],

@@ -1,6 +1,6 @@
 """Parameters with how sure they are, whatever the method."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
@@ -9,6 +9,7 @@ from vision_s2r.fit.case import Hypothesis
 
 Label: TypeAlias = tuple[str, str]  # effect, parameter
 Intervals: TypeAlias = dict[str, dict[str, tuple[float, float]]]
+Offsets: TypeAlias = dict[str, list[tuple[float, float, float]]]  # by effect: value, and its 95 % interval
 
 
 @dataclass(frozen=True)
@@ -19,8 +20,8 @@ class ParameterEstimates:
     intervals: Intervals  # 95 %, by effect and parameter
     labels: tuple[Label, ...]  # [K] of the covariance
     covariance: np.ndarray  # [K, K] of the parameters in their own units, of a normal distribution with these intervals
-    # Of several recordings, how much more bias torque those after the first have [R - 1]: value, and 95 % interval.
-    offsets: tuple[tuple[float, float, float], ...] = ()
+    # Of several recordings, how much more bias torque, or position offset, those after the first have [R - 1].
+    offsets: Offsets = field(default_factory=dict)
 
     @property
     def values(self) -> np.ndarray:
@@ -32,6 +33,11 @@ class ParameterEstimates:
         """[K, K]."""
         deviation = np.sqrt(np.diag(self.covariance))
         return self.covariance / np.maximum(np.outer(deviation, deviation), 1e-300)
+
+
+def offsets(values: np.ndarray, reaches: np.ndarray) -> list[tuple[float, float, float]]:
+    """Values [K], and intervals that reach so far to either side [K]."""
+    return [(float(x), float(x - r), float(x + r)) for x, r in zip(values, reaches, strict=True)]
 
 
 def title(label: Label) -> str:

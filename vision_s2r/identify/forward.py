@@ -5,9 +5,9 @@ The likelihood of the residual of an observer that leaks a little of the measure
 
 from vision_s2r.fit.case import Hypothesis, Segments
 from vision_s2r.fit.joint.case import JointCase
-from vision_s2r.fit.joint.discrepancy import OWN_BIAS
+from vision_s2r.fit.joint.discrepancy import OWN
 from vision_s2r.fit.joint.uncertainty import BlockScores, covariance, reach
-from vision_s2r.identify.estimate import ParameterEstimates
+from vision_s2r.identify.estimate import Offsets, ParameterEstimates, offsets
 
 
 class Forward:
@@ -25,12 +25,10 @@ class Forward:
         )
 
     @staticmethod
-    def _offsets(scores: BlockScores) -> tuple[tuple[float, float, float], ...]:
-        own = [k for k, name in enumerate(scores.space.owner) if name == OWN_BIAS]
-        reaches = reach(scores)
-        return tuple(
-            (float(x), float(x - r), float(x + r)) for x, r in zip(scores.point[own], reaches[own], strict=True)
-        )
+    def _offsets(scores: BlockScores) -> Offsets:
+        reaches, owners = reach(scores), scores.space.owner
+        own = {name: [k for k, owner in enumerate(owners) if owner == each] for name, each in OWN.items()}
+        return {name: offsets(scores.point[at], reaches[at]) for name, at in own.items() if at}
 
     def fit(self, segments: Segments) -> Hypothesis:
         """From some segments."""

@@ -23,7 +23,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.case import Hypothesis, Segments, Values
 from vision_s2r.fit.joint.discrepancy import OWN_BIAS
 from vision_s2r.identify.config import InverseConfig
-from vision_s2r.identify.estimate import Label, ParameterEstimates
+from vision_s2r.identify.estimate import Label, ParameterEstimates, offsets
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import JointRecording
 
@@ -165,8 +165,8 @@ class Inverse:
         for (effect, parameter), value, each in zip(labels, theta, reach, strict=False):
             intervals[effect][parameter] = (float(value - each), float(value + each))
         own = slice(len(labels), None)
-        offsets = tuple((float(x), float(x - r), float(x + r)) for x, r in zip(theta[own], reach[own], strict=True))
-        return ParameterEstimates(hypothesis, intervals, labels, covariance[: own.start, : own.start], offsets)
+        more = {"bias_torque": offsets(theta[own], reach[own])} if self._own.size else {}
+        return ParameterEstimates(hypothesis, intervals, labels, covariance[: own.start, : own.start], more)
 
     def fit(self, segments: Segments) -> Hypothesis:
         """From the rows of some segments."""

@@ -7,7 +7,8 @@ effects         what to change in the simulator, as in a report: `name`, `source
 unidentified    `name` and `why`: what the recording cannot identify; it stays as it was
 doubtful        `name` and `why`: identified, but tied to another, or at the end of its range
 correlation     `parameters` [K] and their `matrix` [K, K]
-offsets         of each recording after the first of several: how much more its `bias_torque` is, and `ci`
+offsets         of each recording after the first of several: how much more its `bias_torque` and, where that was asked
+                for, its `position_offset` are, and `ci`
 gap             as in a report, held out; `refitted` is after the nominal parameters alone
 torque_error    of the inverse method: relative, `before` and `after`
 validation      the same on another recording, where one is given; `position_rmse` and `velocity_rmse` of a free run
@@ -27,7 +28,7 @@ from rich.table import Table
 from vision_s2r.files import write
 from vision_s2r.identify.drawing import correlations
 from vision_s2r.identify.estimate import title
-from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS
+from vision_s2r.joint import DYNAMICS, JOINT_EFFECTS, NominalJoint
 from vision_s2r.patch.patch import write_patch
 from vision_s2r.report import figures, words
 from vision_s2r.report.drawing import Figures, png
@@ -66,9 +67,11 @@ def content(found: "Identified") -> dict[str, Any]:
 
 
 def _offsets(found: "Identified") -> list[dict[str, Any]]:
+    names, rows = found.estimate.offsets.keys(), zip(*found.estimate.offsets.values(), strict=True)
     return [
-        {"recording": k, "bias_torque": {"value": value, "ci": [low, high]}}
-        for k, (value, low, high) in enumerate(found.estimate.offsets, 1)
+        {"recording": k}
+        | {name: {"value": value, "ci": [low, high]} for name, (value, low, high) in zip(names, row, strict=True)}
+        for k, row in enumerate(rows, 1)
     ]
 
 
@@ -138,7 +141,7 @@ def _effect(found: "Identified", name: str) -> dict[str, Any]:
         low, high = (value, value) if name in found.held else found.estimate.intervals[name][parameter.name]
         parameters[parameter.name] = {"value": value, "unit": found.case.unit_of(parameter), "ci": [low, high]}
         if name in DYNAMICS:
-            parameters[parameter.name]["nominal"] = found.recording.nominal[name]
+            parameters[parameter.name]["nominal"] = getattr(NominalJoint(**found.recording.nominal), name)
         if name in found.held:
             parameters[parameter.name]["held"] = True
     return {"name": name, "source": effect.source, "parameters": parameters}

@@ -47,7 +47,7 @@ def _identify_into(given: list[Path], out: Path, cfg: IdentifyConfig) -> Path:
     except UserError as error:
         raise UserError(f"{', '.join(map(str, given))}: {error}") from error
     if cfg.method == "inverse":
-        more = [value for value, *_ in found.estimate.offsets]
+        more = [value for value, *_ in found.estimate.offsets.get("bias_torque", [])]
         found = replace(found, errors={"torque_error": torque_error(recording, found.values, cfg.inverse, more)})
     if other:
         found = replace(found, validation=validate(found, other, cfg.inverse))

@@ -12,7 +12,7 @@ from scipy.signal import lfilter
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.joint import uncertainty
-from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN_BIAS, own_load
+from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET, of_episodes
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
@@ -249,10 +249,10 @@ class JointCase:
     def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None.
 
-        A bias torque is each recording's own where there are several.
+        A bias torque and a position offset are each recording's own where there are several.
         """
-        if "bias_torque" in names and self.recording.source is not None and self.recording.source.any():
-            names = names | {OWN_BIAS}
+        if self.recording.source is not None and self.recording.source.any():
+            names = names | {own for name, own in OWN.items() if name in names}
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -281,12 +281,12 @@ class JointCase:
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean squared error [segments] of the gap's metric in free run, of the effects alone: a replay's.
 
-        Discrepancy terms are no part of a simulator that somebody could use; a recording's own bias torque is.
+        Discrepancy terms are no part of a simulator that somebody could use; what a recording has of its own is.
         """
         rows = self.rows(segments)
         episodes = sorted({episode for episode, _, _ in rows})
-        some = _loaded(split(self.recording, episodes), hypothesis)
-        errors = gap_errors(some, free_run(some, hypothesis.values))
+        some = split(self.recording, episodes)
+        errors = gap_errors(some, _free_run(some, hypothesis))
         return np.array([float(np.nanmean(errors[episodes.index(e), first:end])) for e, first, end in rows])
 
     def rows(self, segments: Segments) -> list[tuple[int, int, int]]:
@@ -391,7 +391,7 @@ class JointCase:
         """What a servo's joint does that no function of the search shows, in words."""
         if not self.recording.servo:
             return []
-        simulated = free_run(self.recording, hypothesis.values)[..., 0]
+        simulated = _free_run(self.recording, hypothesis)[..., 0]
         found = stick_slip(self.recording, simulated, self._grid.resolution if self._grid else 0.0)
         return [found.described(gap_metric(self.recording)[1])] if found else []
 
@@ -405,13 +405,24 @@ class JointCase:
         return f"{velocity} in a free run from each episode's first row to its end, on stretches that no fit has seen"
 
 
-def _loaded(recording: JointRecording, hypothesis: Hypothesis) -> JointRecording:
-    """The recording under the loads that its parts have of their own."""
-    more = hypothesis.extra.get(OWN_BIAS)
-    if more is None or recording.source is None:
-        return recording
+def _free_run(recording: JointRecording, hypothesis: Hypothesis) -> np.ndarray:
+    """A free run [E, T, 2], each recording of several with the bias torque and the position offset of its own."""
+    source, values = recording.source, hypothesis.values
+    if source is None:
+        return free_run(recording, values)
+    none = np.zeros(int(source.max()))
+    loads = -of_episodes(source, hypothesis.extra.get(OWN_BIAS, none))
     like = recording.command if recording.load_inertia is None else recording.load_inertia
-    return replace(recording, external=with_load(recording.external, like, own_load(recording.source, more)))
+    recording = replace(recording, external=with_load(recording.external, like, loads))
+    zeros = of_episodes(source, hypothesis.extra.get(OWN_OFFSET, none))
+    states = np.full((*recording.position.shape, 2), np.nan)
+    for zero in np.unique(zeros):
+        rows = np.flatnonzero(zeros == zero).tolist()
+        some = split(recording, rows)
+        shared = values.get("position_offset", {"value": recording.nominal.get("position_offset", 0.0)})["value"]
+        moved = {**values, "position_offset": {"value": shared + zero}} if zero else values
+        states[rows, : some.position.shape[1]] = free_run(some, moved)
+    return states
 
 
 def _reaches_its_limit(recording: JointRecording) -> bool:

@@ -29,6 +29,7 @@ class Discrepancy:
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
     shown: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # and back, exactly
     load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, by episode
+    zero: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> more position offset, by episode
     step: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -124,21 +125,34 @@ def _sensor(track: JointTrack, scales: JointScales) -> Discrepancy:
     )
 
 
-OWN_BIAS = "own_bias"  # of a recording among several of one joint: nobody searches for it, it goes with bias_torque
+OWN_BIAS, OWN_OFFSET = "own_bias", "own_position_offset"
+# What each of several recordings of a joint has of its own: nobody searches for it, it goes with the effect.
+OWN = {"bias_torque": OWN_BIAS, "position_offset": OWN_OFFSET}
 
 
-def own_load(source: np.ndarray, more: np.ndarray) -> np.ndarray:
-    """Torque [E] on the load where recordings after the first have so much `more` bias torque [R - 1] than that."""
-    return -np.append(0.0, more)[source]
+def of_episodes(source: np.ndarray, more: np.ndarray) -> np.ndarray:
+    """What episodes [E] have more than those of the first recording: `more` [R - 1] is what the later ones have."""
+    return np.append(0.0, more)[source]
 
 
 def _own_bias(track: JointTrack, scales: JointScales) -> Discrepancy:
-    source = np.zeros(len(track.lengths), int) if track.source is None else track.source
-    count = int(source.max())
-    bound = np.full(count, scales.peak_torque)
+    source = _source(track)
+    bound = np.full(int(source.max()), scales.peak_torque)
     return Discrepancy(
-        OWN_BIAS, count, scales.torque, -bound, bound, 0.25 * bound, load=lambda more: own_load(source, more)
+        OWN_BIAS, len(bound), scales.torque, -bound, bound, 0.25 * bound, load=lambda more: -of_episodes(source, more)
     )
+
+
+def _own_offset(track: JointTrack, scales: JointScales) -> Discrepancy:
+    source = _source(track)
+    bound = np.full(int(source.max()), np.pi)
+    return Discrepancy(
+        OWN_OFFSET, len(bound), 1.0, -bound, bound, bound / np.pi, zero=lambda more: of_episodes(source, more)
+    )
+
+
+def _source(track: JointTrack) -> np.ndarray:
+    return np.zeros(len(track.lengths), int) if track.source is None else track.source
 
 
 DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
@@ -149,6 +163,7 @@ DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "drive_lag": _lag,
     "sensor_nonlinearity": _sensor,
     OWN_BIAS: _own_bias,
+    OWN_OFFSET: _own_offset,
 }
 MEANINGS = {
     "torque_of_position": "a torque that depends on position",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision_s2r.fit.case import Hypothesis, Names
-from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, OWN_BIAS
+from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, OWN
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import JointSpace
@@ -34,7 +34,7 @@ class Floor:
 class JointFitter(Fitter[JointSpace]):
     """Maximum likelihood on some segments of a track."""
 
-    assumed = frozenset({*DYNAMICS, "encoder_quantization", OWN_BIAS})
+    assumed = frozenset({*DYNAMICS, "encoder_quantization", *OWN.values()})
     iterations = 10
 
     def __init__(

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vision_s2r.fit.joint.space import JointSpace
+from vision_s2r.fit.joint.space import INDEX, JointSpace
 from vision_s2r.fit.joint.track import JointTrack
 
 FAR = 1e100  # of a residual where a simulation runs away: its square is still a number
@@ -51,42 +51,66 @@ class Observer:
 
     def _runs(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
         """States as the sensor shows them, of points that share command and measured states."""
-        track, index = self.track, np.asarray(episodes)
+        index = np.asarray(episodes)
         machines = space.machines(points)
-        for members, command, measured, sensor, load in self._inputs(space, points, index):
-            first = track.first[index]
-            # Where an episode begins at rest, its velocity is no measurement.
-            first = np.where(first == track.observed[index, 0], measured[:, 0], first)
-            led = np.where(track.led[index][..., None], measured, np.nan) if track.leak else None
-            states = track.inputs.run(
-                machines[members], first, self.substeps, space.tables, index, command, led, track.leak, load
-            )
+        for members, command, measured, sensor, load, zero in self._inputs(space, points, index):
+            states = self._simulated(space, machines[members], index, command, measured, load, zero)
             for shown, coefficients in sensor:
                 states = shown(states, coefficients)
             yield members, states
 
-    def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
-        """Points that share all of (members, command, measured, sensor, load)."""
+    def _simulated(
+        self,
+        space: JointSpace,
+        machines: np.ndarray,
+        index: np.ndarray,
+        command: np.ndarray,
+        measured: np.ndarray,
+        load: np.ndarray | None,
+        zero: np.ndarray | None,
+    ) -> np.ndarray:
+        """States [C, E, T, 2]; episodes whose encoder has another zero are run by themselves."""
         track = self.track
-        changing = [each for each in space.discrepancies if each.command or each.measured or each.load]
+        if zero is not None:
+            states = np.empty((len(machines), *measured.shape))
+            for more in np.unique(zero):
+                rows, moved = zero == more, machines.copy()
+                moved[:, INDEX["position_offset"]] += more
+                loaded = None if load is None else load[rows]
+                states[:, rows] = self._simulated(
+                    space, moved, index[rows], command[rows], measured[rows], loaded, None
+                )
+            return states
+        first = track.first[index]
+        # Where an episode begins at rest, its velocity is no measurement.
+        first = np.where(first == track.observed[index, 0], measured[:, 0], first)
+        led = np.where(track.led[index][..., None], measured, np.nan) if track.leak else None
+        return track.inputs.run(machines, first, self.substeps, space.tables, index, command, led, track.leak, load)
+
+    def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
+        """Points that share all of (members, command, measured, sensor, load, zero)."""
+        track = self.track
+        changing = [each for each in space.discrepancies if each.command or each.measured or each.load or each.zero]
         if not changing:
-            yield slice(None), track.inputs.command[index], track.observed[index], [], None
+            yield slice(None), track.inputs.command[index], track.observed[index], [], None, None
             return
         parts = np.concatenate([space.part(points, discrepancy) for discrepancy in changing], axis=1)
         unique, group = np.unique(parts, axis=0, return_inverse=True)
         for k in range(len(unique)):
             members = np.flatnonzero(group.ravel() == k)
             command, measured, sensor = track.inputs.command[index], track.observed[index], []
-            load = None
+            load = zero = None
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
                 if discrepancy.command:
                     command = discrepancy.command(command, coefficients)
                 if discrepancy.load:
                     load = discrepancy.load(coefficients)[index]
+                if discrepancy.zero:
+                    zero = discrepancy.zero(coefficients)[index]
                 if discrepancy.measured:
                     measured = discrepancy.measured(measured, coefficients)
                     sensor.append((discrepancy.shown, coefficients))
                     if track.servo:  # its targets are what the sensor is to show
                         command = discrepancy.measured(np.stack([command, command], axis=-1), coefficients)[..., 0]
-            yield members, command, measured, sensor, load
+            yield members, command, measured, sensor, load, zero
