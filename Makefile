@@ -22,7 +22,7 @@ demo: setup ## render, train, evaluate, diagnose a withheld robot, in at most 15
 	$(BIN)/vision-s2r run experiment=demo
 	$(BIN)/vision-s2r close-gap experiment=demo
 
-dynamics: setup ## identification, actuator network, randomized control, small: outputs/dynamics, under 10 minutes
+dynamics: setup ## identification, actuator network, randomized control, small: outputs/dynamics, about 6 minutes
 	$(BIN)/vision-s2r identify example=two_point out=outputs/dynamics
 	$(BIN)/vision-s2r identify recording=outputs/dynamics/log-0 out=outputs/dynamics/identified
 	$(BIN)/vision-s2r actuator actuator=small out=outputs/dynamics/actuator
