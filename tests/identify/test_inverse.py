@@ -1,5 +1,7 @@
 """Least squares on the torque balance: on machines that are known, and beside what was published of a real one."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from machines import a_log, steps
@@ -10,6 +12,7 @@ from vision_s2r.identify import IdentifyConfig, identify
 from vision_s2r.identify.config import InverseConfig
 from vision_s2r.identify.emps import ERRORS, METHODS, MODELS, compare
 from vision_s2r.identify.identify import torque_error
+from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import read
 
 TRUTH = {
@@ -31,6 +34,20 @@ def test_linear_parameters_come_out():
     assert errors["after"] < 0.02 < errors["before"]
     assert found.gap.after.mean() < 0.01 * found.gap.before.mean()
     assert np.diag(found.estimate.correlation) == pytest.approx(1.0)
+
+
+def test_loads_and_supply_are_part_of_the_balance():
+    """A pull on the load, a supply that sags and an arm's inertia were taken for parameters of the joint."""
+    command = steps(2, 1600)
+    t = np.arange(1600) * 0.01
+    outside = np.stack([0.2 * np.sin(2.1 * t), 0.15 * np.sin(1.3 * t)])
+    given = {"scale": np.full(command.shape, 0.8), "external": outside, "load_inertia": 0.01 + 0 * command}
+    states = simulate(pack(NominalJoint(**NOMINAL), {})[None], command, np.zeros((2, 2)), 0.01, **given)[0]
+    loads = {"supply": given["scale"], "external": outside, "load_inertia": given["load_inertia"]}
+    log = dataclasses.replace(a_log({}, command), position=states[..., 0], velocity=states[..., 1], **loads)
+    found = identify(log, IdentifyConfig(method="inverse")).values
+    for name in ("inertia", "viscous_damping", "coulomb_friction"):
+        assert found[name]["value"] == pytest.approx(NOMINAL[name], rel=0.03), name
 
 
 def test_intervals_hold_the_truth():

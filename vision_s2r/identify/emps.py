@@ -18,6 +18,7 @@ from scipy.stats import norm
 
 from vision_s2r.files import write
 from vision_s2r.identify.config import HoldConfig, IdentifyConfig, InverseConfig
+from vision_s2r.identify.emps_mass import mass_table
 from vision_s2r.identify.estimate import Label, ParameterEstimates
 from vision_s2r.identify.identify import identify, torque_error
 from vision_s2r.recording import JointRecording
@@ -77,6 +78,8 @@ def run(estimation: JointRecording, pulses: JointRecording, out: Path) -> Path:
             column: compare(model, estimation, pulses, method, inverse) for column, (method, inverse) in METHODS.items()
         }
         Console().print(_table(name, [*model.parameters, *ERRORS], tables[name]))
+    masses = mass_table({"estimation": estimation, "pulses": pulses})
+    write(out / "emps_mass.json", json.dumps(masses, indent=1, ensure_ascii=False) + "\n")
     return write(out / "emps.json", json.dumps(_published(tables), indent=1, ensure_ascii=False) + "\n")
 
 

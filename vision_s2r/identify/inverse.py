@@ -54,8 +54,9 @@ KNOWN = frozenset(effect for effect, _ in COLUMNS)
 class Regression:
     """The torque balance, row by row: torque = columns @ parameters."""
 
-    torque: np.ndarray  # [N] of the motor
+    torque: np.ndarray  # [N] of the motor, and from outside
     columns: np.ndarray  # [N, 7], as COLUMNS
+    terms: np.ndarray  # [N, K] of functions that are fitted beside them
     segment: np.ndarray  # [N] int: to be held out together
     source: np.ndarray  # [N] int: the recording, of several
 
@@ -69,8 +70,12 @@ class Regression:
         return float(np.linalg.norm(rest) / np.linalg.norm(self.torque))
 
 
-def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarray) -> Regression:
+def regression(
+    recording: JointRecording, cfg: InverseConfig, segment: np.ndarray, terms: np.ndarray | None = None
+) -> Regression:
     """The torque balance of a recording; `segment` [E, T] int says what is held out together.
+
+    `terms` [E, T, K] are torques against the motor, each times a coefficient that is fitted.
 
     Raises UserError where its episodes are too short for the filters, or its sampling is too slow, or uneven, and where
     no torque was recorded.
@@ -84,10 +89,11 @@ def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarra
             f"inverse.bandwidth is {bandwidth:g} Hz, expected {0.45 * rate / POSITION:g} or less at {rate:g} samples/s"
         )
     edge = round(EDGE / bandwidth * rate)
+    terms = np.empty((*recording.position.shape, 0)) if terms is None else terms
     source = np.zeros(len(recording), int) if recording.source is None else recording.source
     parts = [
         (
-            *(rows := _episode(recording, k, cfg, bandwidth, slice(edge, length - edge), segment[k])),
+            *(rows := _episode(recording, k, cfg, bandwidth, slice(edge, length - edge), segment[k], terms[k])),
             np.full(len(rows[0]), source[k]),
         )
         for k, length in enumerate(recording.lengths)
@@ -103,9 +109,15 @@ def regression(recording: JointRecording, cfg: InverseConfig, segment: np.ndarra
 
 
 def _episode(
-    recording: JointRecording, k: int, cfg: InverseConfig, bandwidth: float, inside: slice, segment: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Torque [N], columns [N, 7] and segment [N] of an episode."""
+    recording: JointRecording,
+    k: int,
+    cfg: InverseConfig,
+    bandwidth: float,
+    inside: slice,
+    segment: np.ndarray,
+    terms: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Torque [N], columns [N, 7], terms [N, K] and segment [N] of an episode."""
     step, length = recording.sample_time, recording.lengths[k]
     every = _every(1 / step, bandwidth)
     low_pass = butter(8, POSITION * bandwidth, output="sos", fs=1 / step)
@@ -113,17 +125,33 @@ def _episode(
     velocity, acceleration = (savgol_filter(position, TAPS, TAPS - 1, deriv=k, delta=step) for k in (1, 2))
     sign, ones = np.sign(velocity), np.ones(length)
     columns = [acceleration, velocity, sign, np.sin(position), ones, np.abs(velocity), np.abs(sign)]
-    command = recording.command[k, :length]
+    given, load_inertia = _given(recording, k)
     if cfg.held:
-        command = np.convolve(np.pad(command, (2, 1), mode="edge"), HELD, mode="valid")
+        given = np.convolve(np.pad(given, (2, 1), mode="edge"), HELD, mode="valid")
     rows = np.arange(length)[inside][::every]
     kept = cfg.reversals | ~_around_reversals(velocity, every)[rows]
 
     def thinned(values: np.ndarray) -> np.ndarray:
         return (decimate(values[inside], every) if every > 1 else values[inside])[kept]
 
-    torque = thinned(recording.nominal["torque_constant"] * command)
-    return torque, np.stack([thinned(each) for each in columns], axis=1), segment[rows[kept]]
+    more = [thinned(each) for each in terms[:length].T]
+    return (
+        thinned(given - load_inertia * acceleration),
+        np.stack([thinned(each) for each in columns], axis=1),
+        np.stack(more, axis=1) if more else np.empty((kept.sum(), 0)),
+        segment[rows[kept]],
+    )
+
+
+def _given(recording: JointRecording, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """What drives an episode, torque of the motor and from outside [T], and the inertia that its load adds [T]."""
+    length, samples = recording.lengths[k], recording.command.shape[1]
+    supply = 1.0 if recording.supply is None else recording.supply[k, :length]
+    external, load_inertia = (
+        np.zeros(length) if each is None else each[k].reshape(samples, -1).mean(axis=1)[:length]
+        for each in (recording.external, recording.load_inertia)
+    )
+    return recording.nominal["torque_constant"] * recording.command[k, :length] * supply + external, load_inertia
 
 
 def _around_reversals(velocity: np.ndarray, every: int) -> np.ndarray:
@@ -152,11 +180,12 @@ class Inverse:
         self._torque = rows.torque - rows.columns @ held
         later = rows.source[:, None] == np.arange(1, rows.source.max() + 1)  # a bias torque is each recording's own
         self._own = later.astype(float) if "bias_torque" in names else np.empty((len(later), 0))
+        self._columns = np.hstack([rows.columns[:, self._free], self._own, rows.terms])
 
     def estimate(self) -> ParameterEstimates:
         """From all rows."""
-        columns = np.hstack([self._rows.columns[:, self._free], self._own])
-        found = OLS(self._torque, columns).fit(cov_type="HAC", cov_kwds={"maxlags": LAGS, "use_correction": True})
+        covariances = {"maxlags": LAGS, "use_correction": True}
+        found = OLS(self._torque, self._columns).fit(cov_type="HAC", cov_kwds=covariances)
         theta, covariance, degrees = found.params, found.cov_params(), found.df_resid
         hypothesis = self._hypothesis(theta)
         reach = float(student.ppf(0.975, degrees)) * np.sqrt(np.diag(covariance))
@@ -164,15 +193,19 @@ class Inverse:
         intervals: dict[str, dict[str, tuple[float, float]]] = {effect: {} for effect, _ in labels}
         for (effect, parameter), value, each in zip(labels, theta, reach, strict=False):
             intervals[effect][parameter] = (float(value - each), float(value + each))
-        own = slice(len(labels), None)
+        own = slice(len(labels), len(labels) + self._own.shape[1])
         more = {"bias_torque": offsets(theta[own], reach[own])} if self._own.size else {}
         return ParameterEstimates(hypothesis, intervals, labels, covariance[: own.start, : own.start], more)
 
     def fit(self, segments: Segments) -> Hypothesis:
         """From the rows of some segments."""
         inside = np.isin(self._rows.segment, list(segments))
-        columns = np.hstack([self._rows.columns[:, self._free], self._own])[inside]
-        return self._hypothesis(np.linalg.lstsq(columns, self._torque[inside], rcond=None)[0])
+        return self._hypothesis(np.linalg.lstsq(self._columns[inside], self._torque[inside], rcond=None)[0])
+
+    def terms(self) -> np.ndarray:
+        """The coefficients [K] of the regression's terms, from all rows."""
+        theta = np.linalg.lstsq(self._columns, self._torque, rcond=None)[0]
+        return np.asarray(theta[theta.size - self._rows.terms.shape[1] :])
 
     def _hypothesis(self, theta: np.ndarray) -> Hypothesis:
         values: dict[str, dict[str, float]] = {}
@@ -180,5 +213,5 @@ class Inverse:
             effect, parameter = COLUMNS[k]
             bounds = JOINT_EFFECTS[effect].parameter(parameter)
             values.setdefault(effect, {})[parameter] = min(max(float(value), bounds.low), bounds.high)
-        own = theta[len(self._free) :]
+        own = theta[len(self._free) : len(self._free) + self._own.shape[1]]
         return Hypothesis(values, {OWN_BIAS: own} if len(own) else {})
