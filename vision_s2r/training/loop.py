@@ -105,9 +105,10 @@ def _run(
             run.loop(part)
     result = fabric.broadcast(TrainingResult(out / BEST, run.best, run.step, run.seconds / 60))
     if cfg.strategy == "ddp_spawn" and torch.distributed.is_initialized():
-        # While this waits, Gloo's threads drop what was broadcast. One that did so later would want Python's lock,
-        # which the end of this process holds while it waits for that thread: both would wait for ever.
+        # Gloo's threads drop what was broadcast while this waits. One that did so later would want Python's lock, which
+        # the end of this process holds while it waits for that thread.
         fabric.barrier()
+        time.sleep(0.5)
         torch.distributed.destroy_process_group()  # else its threads are ended by force, and may abort the process
     return result
 
