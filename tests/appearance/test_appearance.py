@@ -168,6 +168,29 @@ def test_how_well_the_renderer_s_light_is_known_is_in_the_intervals_of_another()
     assert 0.03 < high - low < 0.2
 
 
+def test_surfaces_that_meet_in_a_pixel_or_bend_do_not_brighten_the_renderer_s_light() -> None:
+    found = []
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        camera = pinhole(2 * SIZE, 2 * FOCAL, rng)
+        drawn = [solids(rng) for _ in range(FRAMES)]
+        labels, depth, _ = (np.stack(each) for each in zip(*(cast(camera, each) for each in drawn), strict=True))
+        light = torch.from_numpy(np.stack([shaded(camera, each, plain(), rng) for each in drawn]))
+        ids, centre = torch.from_numpy(labels.astype(np.int64)), (2 * SIZE - 1) / 2
+        facing = normals(torch.from_numpy(depth.round(3)), ids, torch.tensor([2 * FOCAL, 2 * FOCAL, centre, centre]))
+        pictures = (to_coded(light).permute(0, 3, 1, 2) * 255).round() / 255
+        found.append(lamp_of(pictures.float(), ids, facing, "srgb").ambient)
+    assert np.mean(found) == pytest.approx(0.35, abs=0.005)
+
+
+def test_a_share_of_even_light_is_as_uncertain_as_the_share_that_it_is_measured_against() -> None:
+    recording = scenes(plain(), replace(plain(), ambient=0.85))
+    case = CameraCase.open(recording, {name: APPEARANCE_EFFECTS[name] for name in ("light_direction", "ambient")})
+    with case.session():
+        low, high = case.intervals(case.fit(frozenset({"ambient"}), range(FRAMES), None))["ambient"]["share"]
+    assert low < 0.85 < high and high - low < 0.2
+
+
 def test_labels_decide_what_is_asked() -> None:
     recording = scenes(plain(), plain())
     known = {effect.name: effect for effect in library("camera")}

@@ -25,6 +25,11 @@ class _Kind:
     terms: int  # 3: a plane, 6: curved
     favour: float
 
+    @property
+    def order(self) -> int:
+        """Of the patch in x and y."""
+        return sum(_POWERS[self.terms - 1])
+
 
 _KINDS = (_Kind(2, 3, 1.0), _Kind(2, 6, 0.5), _Kind(6, 3, 2.0))
 
@@ -77,11 +82,10 @@ def _fitted(w: Tensor, known: Tensor, noise: Tensor, kind: _Kind) -> tuple[Tenso
     By least squares among the `known`; a misfit is no smaller than the `noise` (variance) of `w`.
     """
     mask, powers = known.double(), _POWERS[: kind.terms]
-    every = {(p + r, q + s) for p, q in powers for r, s in powers}
-    moments = {each: _moment(mask, *each, kind.reach) for each in every}
+    moments, weighed = _moments(mask, 2 * kind.order, kind.reach), _moments(w, kind.order, kind.reach)
     matrix = torch.stack([torch.stack([moments[p + r, q + s] for r, s in powers], -1) for p, q in powers], -2)
-    vector = torch.stack([_moment(w, p, q, kind.reach) for p, q in powers], -1)
-    squares, count = _moment(w * w, 0, 0, kind.reach), moments[0, 0]
+    vector = torch.stack([weighed[p, q] for p, q in powers], -1)
+    squares, count = _moments(w * w, 0, kind.reach)[0, 0], moments[0, 0]
     at = known & (count >= kind.terms + _SPARE)
     own = vector[at]
     solved = torch.linalg.solve(matrix[at] + 1e-9 * torch.eye(kind.terms, dtype=own.dtype), own)
@@ -99,10 +103,19 @@ def _at(terms: Tensor, dx: int, dy: int) -> Tensor:
     return torch.stack([level, along_x, along_y], -1)
 
 
-def _moment(values: Tensor, p: int, q: int, reach: int) -> Tensor:
-    """Sums [N, H, W] of values · x^p · y^q over the window around each pixel."""
+def _moments(values: Tensor, order: int, reach: int) -> dict[tuple[int, int], Tensor]:
+    """Sums [N, H, W] of values · x^p · y^q over the window around each pixel, p + q up to an order.
+
+    Along rows, then along columns: a window of 13 px is 26 terms of a sum, not 169.
+    """
     at = torch.arange(-reach, reach + 1, dtype=values.dtype)
-    return F.conv2d(values[:, None], (at**p * (at**q)[:, None])[None, None], padding=reach)[:, 0]
+    powers = torch.stack([at**p for p in range(order + 1)])[:, None]
+    along = F.conv2d(values[:, None], powers[:, :, None], padding=(0, reach))
+    found: dict[tuple[int, int], Tensor] = {}
+    for p in range(order + 1):
+        own = F.conv2d(along[:, p : p + 1], powers[: order + 1 - p, :, :, None], padding=(reach, 0))
+        found |= {(p, q): own[:, q] for q in range(order + 1 - p)}
+    return found
 
 
 def _step(depth: Tensor) -> float:

@@ -1,18 +1,19 @@
 """How well a recording determines the parameters of a hypothesis, from how its frames differ."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import stats
+from torch import Tensor
 
 from vision_s2r.appearance import PICTURE_EFFECTS, label_of
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.elimination import neutral_point
 from vision_s2r.fit.camera.fitting import Target, columns, normal
-from vision_s2r.fit.camera.prediction import Stages
+from vision_s2r.fit.camera.prediction import Pictures, Stages, without_encoder
 from vision_s2r.fit.camera.weighing import told_otherwise
 from vision_s2r.fit.case import Values
 
@@ -24,7 +25,8 @@ _TOLERANCE = 0.006  # of a parameter's distance from neutral: what the definitio
 _LEAST = 0.05  # of a coordinate's step: the same, of an effect that is almost neutral
 _AT_STAGE = {"warp": 0.12, "blur": 0.3}  # … of what looks between pixels: every maker by a kernel of its own
 _AMOUNT = 0.02  # of a noise's standard deviation: what pictures of things tell it to
-_LAMP = 0.5  # of a step: how well the renderer's own light is known, in whose place another is put
+_LAMP = 0.5  # of a step: what normals from depth make of another light
+_AMBIENT, _DIRECTION = 0.005, 0.01  # how well the renderer's own light is known: its share; rad
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,9 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
     """One Gauss-Newton step of each frame alone, pooled: the sandwich estimate with frames as clusters."""
     names = charted(values)
     count = len(target.pictures.sim)
-    matrices, vectors, steps = [], [], np.empty(0)
+    lights = [name for name in at_stage(names, "scene") if label_of(name) is None]
+    others = _other_lamps(target.pictures) if lights else []
+    matrices, vectors, moved, steps = [], [], [], np.empty(0)
     for segment in range(count) if names else ():
         stages: Stages = {}
         residual, lit = target.compare(values, [segment], stages, keep=True)
@@ -47,13 +51,17 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
         equations = normal(target, slopes, residual, [segment])
         matrices.append(equations.matrix)
         vectors.append(equations.vector)
+        changes = [_change(target, other, values, segment) for other in others]
+        moved.append([normal(target, slopes, change, [segment]).vector for change in changes])
     intervals: dict[str, dict[str, tuple[float, float]]] = {}
     relative: dict[str, float] = {}
     if names:
         matrix, scores = np.array(matrices), np.array(vectors)
         deviation = _sandwich(matrix, scores)
+        if others:
+            shifts = np.array(moved).sum(0) @ _inverse(matrix)
+            deviation = np.sqrt(deviation**2 + (shifts**2).sum(0))
         groups = _group_steps(matrix, scores)
-        lights = [name for name in at_stage(names, "scene") if label_of(name) is None]
         at = 0
         for name in names:
             size = len(chart(name).steps(target.pictures.optics))
@@ -76,11 +84,36 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
 
 def _sandwich(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
     """Standard deviation [P] of the pooled solution, from matrices [N, P, P] and scores [N, P]."""
-    count, size = scores.shape
-    inverse = np.linalg.pinv(matrix.sum(0) + 1e-9 * np.eye(size) * matrix.sum(0).diagonal().max())
+    count = len(scores)
+    inverse = _inverse(matrix)
     centred = scores - scores.mean(0)
     covariance = inverse @ (centred.T @ centred * count / max(count - 1, 1)) @ inverse
     return np.sqrt(np.maximum(np.diag(covariance), np.diag(inverse)))
+
+
+def _inverse(matrix: np.ndarray) -> np.ndarray:
+    """Of the pooled curvature, from that [N, P, P] of each frame."""
+    whole = matrix.sum(0)
+    return np.linalg.pinv(whole + 1e-9 * np.eye(len(whole)) * whole.diagonal().max())
+
+
+def _other_lamps(pictures: Pictures) -> list[Pictures]:
+    """With the renderer's own light as it may be as well: of another share, or from beside, each a deviation away."""
+    surfaces = pictures.surfaces
+    if surfaces is None or surfaces.lamp is None:
+        return []
+    lamp, towards = surfaces.lamp, np.array(surfaces.lamp.direction)
+    across = np.linalg.svd(towards[None])[2][1:]  # the plane that it is the normal of
+    beside = [(towards + _DIRECTION * each) / np.hypot(1, _DIRECTION) for each in across]
+    lamps = [replace(lamp, ambient=lamp.ambient + _AMBIENT)]
+    lamps += [replace(lamp, direction=(float(x), float(y), float(z))) for x, y, z in beside]
+    return [replace(pictures, surfaces=replace(surfaces, lamp=each)) for each in lamps]
+
+
+def _change(target: Target, other: Pictures, values: Values, segment: int) -> Tensor:
+    """What other pictures make of a frame's prediction [1, C, H, W]."""
+    plain = without_encoder(values)
+    return other.predict(plain, [segment]).mean - target.pictures.predict(plain, [segment]).mean
 
 
 def _group_steps(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
