@@ -7,7 +7,7 @@ import pytest
 from recordings import REAL, a_contact, edit, refused
 from scipy.spatial.transform import Rotation
 
-from vision_s2r.contact import cylinder, mesh, sphere
+from vision_s2r.contact import NominalContact, cylinder, mesh, pack, simulate, sphere
 from vision_s2r.errors import UserError
 from vision_s2r.recording import read, split, write
 from vision_s2r.recording.contactnets import read_contactnets
@@ -97,6 +97,16 @@ def test_quaternions_that_are_none_bodies_under_the_plane_and_one_toss(tmp_path)
     refused(rewritten(tmp_path / "c", position=1000 * one.position), "shape does not fit|no contact")
     refused(write(split(one, [0]), tmp_path / "d"), "one toss, expected at least 4 to hold some out")
     assert len(read(tmp_path / "d", hold_out=False)) == 1
+
+
+def test_a_corner_that_is_round_may_come_down_lower_than_it_would_be(tmp_path):
+    one = a_contact()
+    round_edges = pack(NominalContact(0.37, 0.3, 0.2), {"corner_radius": {"value": 0.03}})[None]
+    first = np.concatenate([one.position[:, 0], one.attitude[:, 0], one.velocity[:, 0]], axis=1)
+    states = simulate(round_edges, one.shape, first, 60, 0.01)[0]
+    assert one.shape.lowest(states[..., :3], states[..., 3:7]).min() < -0.25 * one.shape.depth
+    rounded = dataclasses.replace(one, position=states[..., :3], attitude=states[..., 3:7], velocity=states[..., 7:])
+    assert len(read(write(rounded, tmp_path / "round"))) == 4
 
 
 def test_no_contact_and_a_shape_that_does_not_fit(tmp_path):

@@ -122,6 +122,11 @@ class Assessor:
         gain = self.gain(more, less)
         return gain.nats > self.cfg.evidence and gain.relief > self.cfg.relief and gain.share > self.cfg.share
 
+    def shows(self, more: Assessment, less: Assessment) -> bool:
+        """Whether a flexible unknown shows where the floor is reached in the mean: in few places, but plainly."""
+        gain = self.gain(more, less)
+        return self.adequate(less) and gain.nats > self.cfg.promising and gain.low > 0
+
     def adequate(self, assessment: Assessment) -> bool:
         """Whether nothing beyond noise is left."""
         return assessment.rest <= self.cfg.adequate

@@ -28,7 +28,10 @@ class SearchConfig:
     )
     share: float = option(0.03, "… and by which share of what there is over the floor.", low=0)
     promising: float = option(
-        20.0, "Nats that one more effect must seem to gain, to be tried where the floor is reached already.", low=0
+        20.0,
+        "Nats that one more effect, or something unknown, must seem to gain, to be tried where the floor is reached "
+        "already.",
+        low=0,
     )
     adequate: float = option(
         0.10, "A mean squared residual that exceeds the noise's by no more than this is at the floor.", low=0
@@ -49,6 +52,7 @@ class SearchConfig:
     hidden: bool = option(
         True, "Whether effects that only show in pairs are looked for where the floor is reached already."
     )
+    unknowns: bool = option(False, "Whether something unknown is looked for there, too.")
 
 
 @dataclass
@@ -77,7 +81,8 @@ class DiagnoseConfig:
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False), "The search for what a camera has."
     )
     contact: SearchConfig = option(
-        SearchConfig(beam=2, breadth=5, contenders=3, most=4), "The search for what a body on its support has."
+        SearchConfig(beam=2, breadth=5, contenders=3, most=4, unknowns=True),
+        "The search for what a body on its support has.",
     )
 
 

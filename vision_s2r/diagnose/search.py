@@ -45,7 +45,7 @@ class Search:
         final, resembles = named, Names()
         if assess.adequate(named):
             final = self._restore(named)
-        if not assess.adequate(named) or len(final.names) >= COINCIDENCE:
+        if not self._explained(named) or len(final.names) >= COINCIDENCE:
             named, resembles = self._challenge(named, base)
             final = self._restore(named)
         if contradicted := self._contradicted(final):
@@ -187,15 +187,22 @@ class Search:
 
     def _extended(self, found: Assessment, doubtful: Names) -> Assessment:
         """With the unknowns that are needed where something is left, without doubtful names whose work they do."""
-        while not self._assessor.adequate(found):
+        while not self._explained(found):
             more = self._beside(found)
-            if not self._assessor.better(more, found):
+            if not (self._assessor.better(more, found) or self._assessor.shows(more, found)):
                 break
             found = self._shed(more, doubtful)
             bare = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
             if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
                 return bare
         return found
+
+    def _explained(self, found: Assessment) -> bool:
+        """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
+        if not self._assessor.adequate(found) or not self._cfg.unknowns:
+            return self._assessor.adequate(found)
+        gains = self._case.screen(found.hypothesis, sorted(self._discrepancies - found.names))
+        return max(gains.values(), default=0.0) < self._cfg.promising
 
     def _slight(self, found: Assessment) -> bool:
         """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""

@@ -73,13 +73,18 @@ class Fitter(ABC, Generic[S]):
         point = space.start(hypothesis)
         key = (self.names_of(hypothesis), point.tobytes())
         if key not in self._derived:
-            data = self.data(range(self.count))
-            points, steps = space.differences(point)
-            residuals = self.runs.residuals(space, points, data.episodes)
-            scale = np.maximum(np.asarray(hypothesis.extra.get(SCALE, data.floor)), data.floor)
-            factor = influence(residuals[0], scale) * data.temper
-            self._derived[key] = normal_equations(residuals, steps, factor, self.labels(data), self.count)
+            labels = self.labels(self.data(range(self.count)))
+            self._derived[key] = self._by_label(hypothesis, labels, self.count)
         return space, point, *self._derived[key]
+
+    def _by_label(self, hypothesis: Hypothesis, labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Curvature [count, D, D] and slope [count, D] of the log-likelihood of the samples of each label [E, T]."""
+        space, data = self.space(self.names_of(hypothesis)), self.data(range(self.count))
+        points, steps = space.differences(space.start(hypothesis))
+        residuals = self.runs.residuals(space, points, data.episodes)
+        scale = np.maximum(np.asarray(hypothesis.extra.get(SCALE, data.floor)), data.floor)
+        factor = influence(residuals[0], scale) * data.temper
+        return normal_equations(residuals, steps, factor, labels, count)
 
     def _shifted(self, hypothesis: Hypothesis, segments: Sequence[int], data: Data) -> Hypothesis:
         """The fit of all segments moved to some of them: one step, with the derivatives that are known already."""

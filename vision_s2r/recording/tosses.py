@@ -8,7 +8,9 @@ from scipy.spatial.transform import Rotation
 from vision_s2r.errors import UserError
 from vision_s2r.recording.data import ContactRecording
 
-SUNK = 0.25  # of the body's depth: so far under the support its lowest point is no error of measurement
+# Of the body's depth: so far under the support its lowest point is no error of measurement, no soft contact's, and no
+# corner that is none (of a cube with edges as round as can be it would be 0.73 lower).
+SUNK = 0.8
 NEAR = 0.1  # of the body's depth: a lowest point as low as that may be in touch
 PUSHED = 0.3  # of gravity: a mean acceleration over a few samples that differs by more from it was not free
 FEW = 6  # samples that such a mean reaches over

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.recordings import a_contact
-from vision_s2r.contact import CONTACT_EFFECTS, NominalContact, box, pack, simulate
+from vision_s2r.contact import CONTACT_EFFECTS, NominalContact, box, pack, simulate, sphere
 from vision_s2r.contact.benchmark import toss
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.diagnose import diagnose, diagnose_all
@@ -20,6 +20,7 @@ from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
+from vision_s2r.gapbench.generate.body import COARSE, TossedBody, move
 from vision_s2r.recording import ContactRecording, write
 from vision_s2r.recording.contact import COLUMNS
 
@@ -30,15 +31,21 @@ DT = 1 / 148
 
 def tossed(effects, tosses=10, samples=90, noise=(3e-4, 2e-3), seed=3, first=None):
     """Tosses and pushes of a cube with these effects, their poses measured with noise; and the true states."""
-    rng = np.random.default_rng(seed)
     if first is None:
         first = toss(tosses, seed)
         pushed = tosses // 3
         first[:pushed, 2], first[:pushed, 3:7] = 0.05, (0, 0, 0, 1)
         first[:pushed, 9:12] = 0
     truth = simulate(pack(NOMINAL, effects)[None], CUBE, first, samples, DT, substeps=20)[0]
+    return measured(truth, noise, seed), truth
+
+
+def measured(truth, noise, seed):
+    """A recording of the poses of true states [E, T, 13], with noise (m, rad)."""
+    rng = np.random.default_rng(seed)
+    tosses, samples = truth.shape[:2]
     turn = Rotation.from_rotvec(rng.normal(0, noise[1], (tosses * samples, 3)))
-    recording = ContactRecording(
+    return ContactRecording(
         nominal=dataclasses.asdict(NOMINAL),
         shape=CUBE,
         sample_time=DT,
@@ -48,7 +55,6 @@ def tossed(effects, tosses=10, samples=90, noise=(3e-4, 2e-3), seed=3, first=Non
         lengths=np.full(tosses, samples),
         episodes=tuple(range(tosses)),
     )
-    return recording, truth
 
 
 def test_every_contact_effect_says_what_fitting_needs():
@@ -141,6 +147,50 @@ def test_poses_that_are_off_at_rest_are_no_noise_and_still_show_friction_and_res
     assert found.keys() == effects.keys()
     assert found["lateral_friction"] == pytest.approx(0.2, rel=0.1)
     assert found["restitution"] == pytest.approx(0.1, abs=0.03)
+
+
+def test_air_drag_that_few_poses_show_is_neither_no_gap_nor_rolling_friction():
+    """In the mean nothing is left over the noise; in flight something is, which no effect explains."""
+    first = toss(12, 3)
+    body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, drag=0.32)
+    truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in first])
+    recording = measured(truth, (3e-4, 2e-3), 3)
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    assert case.excess(Hypothesis(), range(12)).mean() < 1.1
+    report = diagnose(recording, DiagnoseConfig())
+    assert report.verdict == "unexplained" and not report.effects
+
+
+def test_a_stand_in_asks_for_another_value_in_one_half_of_the_windows():
+    """A floor that is slick on one side is no friction of all of it, though that explains what little is left."""
+    first = toss(12, 3)
+    first[:, 2], first[:, 3:7], first[:, 9:12] = 0.05, (0, 0, 0, 1), 0
+    first[:, 0], first[:, 7:9] = np.linspace(-0.9, 0.7, 12), 1.0
+    body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, patch=-0.2)
+    truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 60, DT, COARSE) for row in first])
+    uneven = ContactCase(measured(truth, (3e-4, 2e-3), 3), {effect.name: effect for effect in CONTACT_EFFECTS})
+    even = ContactCase(
+        tossed({"lateral_friction": {"value": 0.43}}, 12, 60, first=first)[0],
+        {effect.name: effect for effect in CONTACT_EFFECTS},
+    )
+    contradicted = []
+    for case in (uneven, even):
+        found = case.fit(frozenset({"lateral_friction"}), range(12), None)
+        contradicted.append(case.contradicted(found, "lateral_friction"))
+    assert contradicted == [True, False]
+
+
+def test_an_interval_is_open_where_the_motion_bears_any_larger_value():
+    """A ball that slides without rolling: any rolling friction over μ·r does the same."""
+    ball = sphere(0.05)
+    first = np.zeros((12, 13))
+    first[:, 2], first[:, 6], first[:, 7] = 0.05, 1, np.linspace(0.5, 1.5, 12)
+    truth = simulate(pack(NOMINAL, {"rolling_friction": {"value": 0.04}})[None], ball, first, 60, DT)[0]
+    recording = dataclasses.replace(measured(truth, (3e-4, 2e-3), 3), shape=ball)
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset({"rolling_friction"}), range(12), None)
+    low, high = case.intervals(found)["rolling_friction"]["value"]
+    assert 0.02 < low < found.values["rolling_friction"]["value"] < 0.04 < high
 
 
 def test_a_wrong_friction_is_named_replayed_and_patched(tmp_path):

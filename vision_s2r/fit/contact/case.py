@@ -9,7 +9,7 @@ import numpy as np
 from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
-from vision_s2r.fit.contact import uncertainty
+from vision_s2r.fit.contact import steadiness, uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.experiments import experiment
@@ -27,7 +27,8 @@ CLEAR = 30.0  # nats that an effect seems to gain for that
 DETECTABLE = 20.0  # nats that an effect of plausible size should bring
 TOLERANCE = 0.01  # relative change of a nominal coefficient that is the simulator's own …
 SLIGHT = 0.003  # … or this much, absolute
-INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have
+INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have …
+APART = 5.0  # … nor does it differ by as much between two halves of the windows, by so many standard errors
 
 
 class ContactCase:
@@ -166,11 +167,16 @@ class ContactCase:
             return False
         if uncertainty.at_bound(self._fitter, hypothesis, name):
             return True
-        return uncertainty.spread(self._fitter, hypothesis, name) > INCONSTANT
+        if steadiness.spread(self._fitter, hypothesis, name) > INCONSTANT:
+            return True
+        return self.contradicted(hypothesis, name)
 
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
-        """No: what is explained is not asked again."""
-        return False
+        """Whether two halves of the windows ask for plainly different parameters."""
+        if name in self.rough:
+            return False
+        errors, relative = steadiness.contrast(self._fitter, hypothesis, name)
+        return errors > APART and relative > INCONSTANT
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""

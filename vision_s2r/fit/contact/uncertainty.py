@@ -3,13 +3,20 @@
 import numpy as np
 from scipy.stats import t as student
 
-from vision_s2r.contact import COEFFICIENTS
+from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.contact.effect import CONTACT_FITS
 from vision_s2r.fit.contact.fitter import ContactFitter
+from vision_s2r.fit.contact.space import ContactSpace
+from vision_s2r.fit.maximum_likelihood import costs
 
-# For tosses of another simulator: what the sandwich of few episodes misses, and what another integrator makes of the
-# same parameter, relative to it.
-WIDER, INTEGRATOR = 1.3, 2e-3
+# What another simulator makes of the same parameter, beside noise; standard deviations, from tosses of one.
+ALIKE = 2e-3  # of the parameter
+COEFFICIENT = 1e-3  # of a friction or a restitution
+POSES = 0.45  # of the error of positions: of a length, since corners and support are only known by poses
+ROUGHLY = 0.06  # of a parameter whose effect's form is only roughly the same
+FLAT = 1.0  # nats: an end at which the likelihood has fallen by less is farther off …
+DOUBLINGS = 8  # … by so many doublings at most
 AT_BOUND = 0.01  # of the range
 
 
@@ -22,18 +29,50 @@ def intervals(
     inverse = _inverse(curvature.sum(axis=0) + np.diag(space.prior**-2.0))
     episodes = len(slope)
     inner = np.einsum("ed,ef->df", slope, slope) * episodes / max(episodes - 1, 1)
-    plain = np.sqrt(np.maximum(np.diag(inverse @ inner @ inverse), np.diag(inverse)))
-    reach = WIDER * plain * float(student.ppf(0.5 + level / 2, max(episodes - space.size, 2)))
-    row = space.machines(point[None])[0]
-    for k, c in enumerate(space.coordinates):
-        value = float(row[c.column])
-        if c.log:
-            far = float(np.exp(min(reach[k] + INTEGRATOR, 20.0)))
-            out[c.effect][c.parameter] = (value / far, value * far)
-        else:
-            far = float(reach[k] + INTEGRATOR * abs(value))
-            out[c.effect][c.parameter] = (value - far, value + far)
+    noise = np.maximum(np.diag(inverse @ inner @ inverse), np.diag(inverse))
+    deviation = np.sqrt(noise + _systematic(fitter, space, point) ** 2)
+    reach = deviation * float(student.ppf(0.5 + level / 2, max(episodes - space.size, 2)))
+    ends = _opened(fitter, hypothesis, reach)
+    low, high = (space.machines(end[None])[0] for end in ends)
+    for c in space.coordinates:
+        out[c.effect][c.parameter] = (float(low[c.column]), float(high[c.column]))
     return out
+
+
+def _systematic(fitter: ContactFitter, space: ContactSpace, point: np.ndarray) -> np.ndarray:
+    """Standard deviation [D] of what is no noise."""
+    track = fitter.predictor.track
+    off = float(np.hypot(track.states.noise[0], track.bias[0]))
+    out = np.zeros(space.size)
+    for k, c in enumerate(space.coordinates):
+        (unit,) = (each.unit for each in CONTACT_EFFECTS[c.effect].parameters if each.name == c.parameter)
+        also = POSES * off if unit == "m" else COEFFICIENT if c.effect in COEFFICIENTS else 0.0
+        relative = ROUGHLY if CONTACT_FITS[c.effect].rough else ALIKE
+        out[k] = np.hypot(also, relative * (1.0 if c.log else abs(point[k])))
+    return out
+
+
+def _opened(fitter: ContactFitter, hypothesis: Hypothesis, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends [D], farther off where the likelihood hardly falls on that side.
+
+    A ball that slides without rolling bears any larger rolling friction: the slope on this side tells of the other.
+    """
+    space, point, *_ = fitter.derived(hypothesis)
+    data = fitter.data(range(fitter.count))
+    ends = np.stack([point - reach, point + reach])
+    best = float(costs(fitter.runs, space, data, point[None])[0][0])
+    flat = np.broadcast_to(np.arange(space.size) < len(space.coordinates), ends.shape).copy()
+    for _ in range(DOUBLINGS):
+        side, k = np.nonzero(flat)
+        trial = np.repeat(point[None], len(k), axis=0)
+        trial[np.arange(len(k)), k] = np.clip(ends[side, k], space.low[k], space.high[k])
+        rise = costs(fitter.runs, space, data, trial)[0] - best
+        inside = (ends[side, k] > space.low[k]) & (ends[side, k] < space.high[k])
+        flat[side, k] = (rise < FLAT) & inside
+        if not flat.any():
+            break
+        ends = np.where(flat, point + 2 * (ends - point), ends)
+    return ends[0], ends[1]
 
 
 def at_bound(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> bool:
@@ -47,24 +86,6 @@ def at_bound(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> bool:
         if low or point[k] > space.high[k] - margin:
             return True
     return False
-
-
-def spread(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> float:
-    """How much a parameter of this name differs between episodes, relative to what it changes; of its steadiest one."""
-    space, point, curvature, slope = fitter.derived(hypothesis)
-    own = [k for k, owner in enumerate(space.owner[: len(space.coordinates)]) if owner == name]
-    if not own:
-        return 0.0
-    info = np.maximum(curvature[:, own, own], 1e-300)
-    step = slope[:, own] / info
-    weight = info / info.sum(axis=0)
-    mean = (weight * step).sum(axis=0)
-    variance = (weight * ((step - mean) ** 2 - 1 / info)).sum(axis=0)
-    plain = getattr(space.nominal, name) if name in COEFFICIENTS else 0.0
-    size = np.array([1.0 if space.coordinates[k].log else abs(point[k] - plain) for k in own])
-    if len(own) > 1:
-        size = np.full(len(own), size.max())
-    return float(np.min(np.sqrt(np.maximum(variance, 0.0)) / np.maximum(size, 1e-300)))
 
 
 def _inverse(whole: np.ndarray) -> np.ndarray:
