@@ -74,9 +74,11 @@ def test_a_skew_of_rows_is_no_rotation() -> None:
     """Half of it is: upright edges ask for twice the angle that is found, those that lie for none."""
     names = frozenset({"camera_pose_offset"})
     case = opened(turned_or_skewed(0.06, 0.0))
-    assert case.suspicious(case.fit(names, range(MANY), None), "camera_pose_offset")
+    found = case.fit(names, range(MANY), None)
+    assert case.suspicious(found, "camera_pose_offset") and case.contradicted(found, "camera_pose_offset")
     case = opened(turned_or_skewed(0.0, 0.03))
-    assert not case.suspicious(case.fit(names, range(MANY), None), "camera_pose_offset")
+    found = case.fit(names, range(MANY), None)
+    assert not case.suspicious(found, "camera_pose_offset") and not case.contradicted(found, "camera_pose_offset")
 
 
 def test_scattered_light_is_no_exposure_and_an_exposure_beside_a_stain_is_one() -> None:

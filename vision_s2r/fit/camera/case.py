@@ -17,7 +17,7 @@ from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
 from vision_s2r.fit.camera.area import area_of, inside_of
-from vision_s2r.fit.camera.consistency import ALLOWED, BY_CHANNEL, EVERY, GEOMETRIC, PARITY, disagreement
+from vision_s2r.fit.camera.consistency import ALLOWED, BY_CHANNEL, DIRECTION, EVERY, GEOMETRIC, PARITY, disagreement
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
@@ -555,22 +555,23 @@ class CameraCase:
         found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         axes = EVERY if stage in ("light", "tone") else GEOMETRIC
-        if max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED or _between_channels(
-            name, found
-        ):
+        if _differs(found, axes) or _between_channels(name, found):
             return True
         if not charted([name]):
             return False
         return self._spread(hypothesis).relative.get(name, 0.0) > _SPREAD
 
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Whether rows, columns or channels ask for another size of it, even where no more than noise is left."""
-        if CAMERA_FITS[name].stage == "grain":
+        """Whether rows, columns or channels ask for another size of it, even where no more than noise is left.
+
+        Or edges that run another way, of what moves or blurs them.
+        """
+        stage = CAMERA_FITS[name].stage
+        if stage == "grain":
             return self._mixed(hypothesis.values)
         found = self._disagreements(hypothesis.values, name)
-        return max((found[axis] for axis in PARITY if axis in found), default=0.0) > ALLOWED or _between_channels(
-            name, found
-        )
+        axes = (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY
+        return _differs(found, axes) or _between_channels(name, found)
 
     @torch.inference_mode()
     def _mixed(self, values: Values) -> bool:

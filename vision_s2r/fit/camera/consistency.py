@@ -15,7 +15,8 @@ from vision_s2r.fit.camera.fitting import FREEDOM
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too
 PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
-GEOMETRIC = (*PARITY, "direction of edges", "region", "radius")
+DIRECTION = "direction of edges"
+GEOMETRIC = (*PARITY, DIRECTION, "region", "radius")
 EVERY = (*GEOMETRIC, "brightness", "channel")
 _LEAST = 0.01  # share of the effect's work, that a bin must have to be asked
 _CLEAR = 25.0  # squared standard deviations of noise, likewise
@@ -63,7 +64,7 @@ def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:
     return {
         "row parity": (y % 2, 2),
         "column parity": (x % 2, 2),
-        "direction of edges": ((turn * _SECTORS + 0.5).long() % _SECTORS, _SECTORS),
+        DIRECTION: ((turn * _SECTORS + 0.5).long() % _SECTORS, _SECTORS),
         "brightness": ((grey * _LEVELS).long().clamp(0, _LEVELS - 1), _LEVELS),
         "region": (y * _CELLS // height * _CELLS + x * _CELLS // width, _CELLS**2),
         "radius": ((away * _RINGS).long().clamp(max=_RINGS - 1), _RINGS),
