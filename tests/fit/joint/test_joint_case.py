@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.identify.machines import NOMINAL, a_log, steps
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
@@ -82,3 +83,18 @@ def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
     assert generated("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []
+
+
+def test_a_drift_far_smaller_than_where_its_fit_may_start_is_found() -> None:
+    log = a_log({"thermal_drift": {"rate": 0.016}}, steps(4, 800), (1e-6, 1e-5))
+    report = diagnose(log, DiagnoseConfig())
+    assert [effect.name for effect in report.effects] == ["thermal_drift"]
+
+
+def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
+    command = steps(5, 160)
+    command[1:] *= 0.6
+    limit = 0.9 * command.max() * NOMINAL["torque_constant"]
+    log = a_log({"torque_saturation": {"limit": limit}, "load_dependent_friction": {"coefficient": 0.1}}, command)
+    report = diagnose(log, DiagnoseConfig())
+    assert {effect.name for effect in report.effects} == {"torque_saturation", "load_dependent_friction"}

@@ -14,7 +14,7 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"coefficient": c} for c in (0.05, 0.2)]
+    return [{"coefficient": c} for c in (0.01, 0.05, 0.2)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting:

@@ -15,7 +15,7 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"rate": x / track.scales.duration} for x in (-0.3, 0.4, 1.5)]
+    return [{"rate": x / track.scales.duration} for x in (-0.3, -0.03, 0.03, 0.4, 1.5)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting:
