@@ -15,7 +15,6 @@ from typing import TypeVar
 import numpy as np
 from scipy.stats import binomtest
 from scipy.stats import t as student
-from statsmodels.stats.proportion import proportion_confint
 
 CONFIDENCE = 0.95
 RESAMPLES = 10_000
@@ -100,6 +99,8 @@ class Bootstrap:
 
 def wilson(successes: int, attempts: int) -> Estimate:
     """Share of successes of independent attempts, with Wilson's score interval."""
+    from statsmodels.stats.proportion import proportion_confint  # here: it takes half a second
+
     low, high = proportion_confint(successes, attempts, alpha=1 - CONFIDENCE, method="wilson")
     return Estimate(successes / attempts, float(low), float(high))
 

@@ -7,7 +7,6 @@ a load, a spring or a constant. It explains most of a real torque, and little of
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from vision_s2r.errors import UserError
 from vision_s2r.recording.data import JointRecording
@@ -51,6 +50,8 @@ def _is_goal(command: np.ndarray, position: np.ndarray) -> bool:
 
 def _balance(recording: JointRecording) -> tuple[int, float]:
     """How often the joint reverses, and which part of the command's variance a torque balance explains."""
+    from scipy.signal import savgol_filter  # here: it takes half a second, and pictures need none of it
+
     columns, commands, turns = [], [], 0
     for position, command, length in zip(recording.position, recording.command, recording.lengths, strict=True):
         q = savgol_filter(position[:length], SMOOTH, 2)
