@@ -109,6 +109,18 @@ def test_a_corner_that_is_round_may_come_down_lower_than_it_would_be(tmp_path):
     assert len(read(write(rounded, tmp_path / "round"))) == 4
 
 
+def test_a_body_on_soft_springs_may_sink_for_a_moment(tmp_path):
+    one = a_contact()
+    soft = pack(NominalContact(0.37, 0.3, 0.2), {"contact_compliance": {"stiffness": 250.0, "damping": 4.0}})[None]
+    first = np.concatenate([one.position[:, 0], one.attitude[:, 0], one.velocity[:, 0]], axis=1)
+    states = simulate(soft, one.shape, first, 60, 0.01)[0]
+    sinking = dataclasses.replace(one, position=states[..., :3], attitude=states[..., 3:7], velocity=states[..., 7:])
+    assert (one.shape.lowest(states[..., :3], states[..., 3:7]) < -0.8 * one.shape.depth).any()
+    assert len(read(write(sinking, tmp_path / "soft"))) == 4
+    under = dataclasses.replace(sinking, position=sinking.position - [0, 0, 0.1])
+    refused(write(under, tmp_path / "under"), "m under the support")
+
+
 def test_no_contact_and_a_shape_that_does_not_fit(tmp_path):
     one = a_contact(False)
     fall = np.zeros_like(one.position)
