@@ -12,8 +12,6 @@ from vision_s2r.files import write_figure
 from vision_s2r.statistics import wilson
 
 COLOURS = ("#9aa5b1", "#d9a441", "#2f7ed8", "#7fb2ea", "#2b9348")
-
-
 ABREAST = 5  # robots side by side
 
 

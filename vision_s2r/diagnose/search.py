@@ -199,8 +199,9 @@ class Search:
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
-        if not self._assessor.adequate(found) or not self._cfg.unknowns:
-            return self._assessor.adequate(found)
+        adequate = self._assessor.adequate(found)
+        if not (adequate and self._cfg.unknowns):
+            return adequate
         gains = self._case.screen(found.hypothesis, sorted(self._discrepancies - found.names))
         return max(gains.values(), default=0.0) < self._cfg.promising
 

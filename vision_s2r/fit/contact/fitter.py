@@ -64,11 +64,11 @@ class ContactFitter(Fitter[ContactSpace]):
         """The episode [W, 6·H] of each pose of each window, or -1."""
         return np.where(data.weight > 0, self.predictor.windows.episode[list(data.episodes), None], -1)
 
-    def parts(self, hypothesis: Hypothesis, part: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """What `derived` gives of each segment, of each part [W] of all windows."""
-        data = self.data(range(self.count))
-        labels = np.where(data.weight > 0, part[list(data.episodes), None], -1)
-        return self._by_label(hypothesis, labels, count)
+    def by_window(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
+        """The curvature [W, D, D] and slope [W, D] that `derived` gives of episodes, of windows."""
+        weight = self.data(range(self.count)).weight
+        labels = np.where(weight > 0, np.arange(len(weight))[:, None], -1)
+        return self._by_label(hypothesis, labels, len(weight))
 
     def gains(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each name would gain, all episodes."""

@@ -50,6 +50,10 @@ class ContactSpace(Coordinates):
         self.step, self.prior = column("step", 0.03 * scale), column("prior", scale)
         self.centre, self.repeats = np.full(self.size, np.nan), np.ones(self.size)
 
+    def of(self, effect: str) -> list[int]:
+        """Which coordinates are this effect's parameters."""
+        return [k for k, c in enumerate(self.coordinates) if c.effect == effect]
+
     def start(self, hypothesis: Hypothesis) -> np.ndarray:
         """The point [D] at this hypothesis; a coefficient that it has not is nominal. KeyError for others."""
         values: dict[str, Mapping[str, float]] = {n: {"value": float(getattr(self.nominal, n))} for n in COEFFICIENTS}

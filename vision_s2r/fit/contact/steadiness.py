@@ -10,7 +10,7 @@ from vision_s2r.fit.contact.fitter import ContactFitter
 def spread(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> float:
     """How much a parameter of this name differs between episodes, relative to what it changes; of its steadiest one."""
     space, _, curvature, slope = fitter.derived(hypothesis)
-    own = [k for k, owner in enumerate(space.owner[: len(space.coordinates)]) if owner == name]
+    own = space.of(name)
     if not own:
         return 0.0
     info = np.maximum(curvature[:, own, own], 1e-300)
@@ -18,7 +18,7 @@ def spread(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> float:
     weight = info / info.sum(axis=0)
     mean = (weight * step).sum(axis=0)
     variance = (weight * ((step - mean) ** 2 - 1 / info)).sum(axis=0)
-    size = _sizes(fitter, hypothesis, own)
+    size = _sizes(fitter, hypothesis, name)
     return float(np.min(np.sqrt(np.maximum(variance, 0.0)) / size))
 
 
@@ -29,15 +29,16 @@ def contrast(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> tuple[
     difference of the parameter that differs least counts, relative to what the effect changes.
     """
     space, *_ = fitter.derived(hypothesis)
-    own = [k for k, owner in enumerate(space.owner[: len(space.coordinates)]) if owner == name]
+    own = space.of(name)
     if not own:
         return 0.0, 0.0
     errors, relative = np.zeros(len(own)), np.zeros(len(own))
-    size = _sizes(fitter, hypothesis, own)
+    size = _sizes(fitter, hypothesis, name)
+    curvature, slope = fitter.by_window(hypothesis)
     for half in _halves(fitter):
-        curvature, slope = fitter.parts(hypothesis, half, 2)
-        info = np.maximum(curvature[:, own, own], 1e-300)
-        step = np.abs(np.subtract(*(slope[:, own] / info)))
+        parts = (~half, half)
+        info = np.maximum([curvature[part][:, own, own].sum(axis=0) for part in parts], 1e-300)
+        step = np.abs(np.subtract(*([slope[part][:, own].sum(axis=0) for part in parts] / info)))
         error = step / np.sqrt((1 / info).sum(axis=0))
         larger = error > errors
         errors, relative = np.where(larger, error, errors), np.where(larger, step / size, relative)
@@ -45,17 +46,16 @@ def contrast(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> tuple[
     return float(errors[least]), float(relative[least])
 
 
-def _sizes(fitter: ContactFitter, hypothesis: Hypothesis, own: list[int]) -> np.ndarray:
+def _sizes(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> np.ndarray:
     """What an effect changes its parameters [K] by."""
     space, point, *_ = fitter.derived(hypothesis)
-    name = space.owner[own[0]]
     plain = getattr(space.nominal, name) if name in COEFFICIENTS else 0.0
-    size = np.array([1.0 if space.coordinates[k].log else abs(point[k] - plain) for k in own])
-    return np.maximum(np.full(len(own), size.max()), 1e-300)
+    size = np.array([1.0 if space.coordinates[k].log else abs(point[k] - plain) for k in space.of(name)])
+    return np.maximum(np.full(len(size), size.max()), 1e-300)
 
 
 def _halves(fitter: ContactFitter) -> list[np.ndarray]:
-    """Which half [W] each window is in, 0 or 1; halves of those in which the body may touch."""
+    """Which windows [W] are in the second half; halves of those in which the body may touch."""
     windows, track = fitter.predictor.windows, fitter.predictor.track
     paths = [track.lowest[e, k : k + windows.samples] for e, k in zip(windows.episode, windows.sample, strict=True)]
     touches = np.array([np.nanmin(path) < track.near for path in paths])

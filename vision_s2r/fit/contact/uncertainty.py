@@ -78,9 +78,7 @@ def _opened(fitter: ContactFitter, hypothesis: Hypothesis, reach: np.ndarray) ->
 def at_bound(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> bool:
     """Whether a parameter of this name sits at an end of its range at which it vanishes from sight."""
     space, point, *_ = fitter.derived(hypothesis)
-    for k, owner in enumerate(space.owner[: len(space.coordinates)]):
-        if owner != name:
-            continue
+    for k in space.of(name):
         margin = AT_BOUND * (space.high[k] - space.low[k])
         low = point[k] < space.low[k] + margin and (space.coordinates[k].log or name not in COEFFICIENTS)
         if low or point[k] > space.high[k] - margin:
