@@ -9,7 +9,7 @@ from recordings import NOMINAL, an_arm
 
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.errors import UserError
-from vision_s2r.hardware import arms
+from vision_s2r.hardware import arms, bam
 from vision_s2r.hardware import study as hardware
 from vision_s2r.hardware.config import HardwareConfig
 from vision_s2r.joint import NominalJoint, pack, simulate
@@ -34,6 +34,7 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
         write(log(seed), tmp_path / "logs" / "axis" / name)
     write(log(2), tmp_path / "logs" / "alone" / "all")
     monkeypatch.setattr(hardware, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
+    monkeypatch.setattr(bam, "RUNS", 20)
     cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"))
     tables = {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}
     rows = {row[0]: row for row in tables["hardware"]["rows"]}
@@ -42,7 +43,11 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
         assert "viscous damping 0.2 " in rows[name][1]
         believed, _, diagnosed = (float(x) for x in rows[name][4].split(" / "))
         assert diagnosed < 0.2 * believed
-    assert [row[0].split(":")[0] for row in tables["alone"]["rows"]][-1] == "diagnosed" and rows["alone, all"][4] == "–"
+    assert [row[0].split(":")[0] for row in tables["alone"]["rows"]] == [
+        "as believed",
+        *bam.MODELS,
+        "diagnosed",
+    ] and rows["alone, all"][4] == "–"
     monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
     assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)} == tables
     alone = replace(cfg, out=str(tmp_path / "alone"), diagnose=False, only=["axis"])

@@ -10,9 +10,10 @@ import numpy as np
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.files import write
-from vision_s2r.fit.case import NOMINAL, Names, Values
+from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
+from vision_s2r.hardware import bam
 from vision_s2r.hardware.arms import arm_table, is_arm, measured_arm
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
@@ -23,16 +24,6 @@ from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
 from vision_s2r.report.reading import diagnosed, read_report, values
 
-# Friction models after BAM's (Duclusaud et al. 2024), as sets of our effects; M5 and M6 are none.
-MODELS: dict[str, Names] = {
-    "M1": frozenset(),
-    "M2": frozenset({"stribeck_friction"}),
-    "M3": frozenset({"load_dependent_friction"}),
-    "M4": frozenset({"stribeck_friction", "load_dependent_friction", "load_dependent_stribeck"}),
-    "M1 and back-EMF": frozenset({"back_emf"}),
-    "M3 and back-EMF": frozenset({"back_emf", "load_dependent_friction"}),
-}
-FREE = frozenset({"inertia", "viscous_damping", "coulomb_friction"})  # beside them, and a servo's gains
 IDENTIFIED, ARM = "identified.json", "arm.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
@@ -165,10 +156,10 @@ def _left_out(folder: Path, report: Path, jobs: int) -> dict[str, dict[str, Any]
     recording = read(folder)
     if not isinstance(recording, JointRecording) or len(recording) < LEAST_LOGS:
         return {}
-    case = JointCase(recording, {effect.name: effect for effect in JOINT_EFFECTS})
-    gains = frozenset({"proportional_gain", "derivative_gain"} if recording.servo else ())
-    found = {"as believed": _each_without(recording, case, None)}
-    found |= {name: _each_without(recording, case, FREE | gains | names) for name, names in MODELS.items()}
+    logs = [split(recording, [k]) for k in range(len(recording))]
+    believed = [_error(log, {}) for log in logs]
+    found: dict[str, dict[str, Any]] = {"as believed": {"errors": believed, "all": believed, "seconds": 0.0}}
+    found |= {model: bam.each_without(recording, model) for model in bam.MODELS}
     return found | {
         "diagnosed": _diagnosed_without(recording, values(diagnosed(read_report(report / "report.json"))), jobs)
     }
@@ -188,23 +179,3 @@ def _diagnosed_without(recording: JointRecording, whole: Values, jobs: int) -> d
         "all": [_error(split(recording, [k]), whole) for k in range(len(recording))],
         "seconds": seconds,
     }
-
-
-def _each_without(recording: JointRecording, case: JointCase, names: Names | None) -> dict[str, Any]:
-    """Errors of each log under the fit of these names to the others, and under that to all; and seconds.
-
-    No names: the simulator as it came.
-    """
-    started = time.process_time()
-    of = [episode for episode, _, _ in case.rows(range(case.segments))]
-
-    def fitted(left_out: int | None) -> Values:
-        if names is None:
-            return {}
-        rest = [segment for segment, episode in enumerate(of) if episode != left_out]
-        return case.fit(names, rest, case.fit(names & case.refitted, rest, NOMINAL)).values
-
-    logs = [split(recording, [k]) for k in range(len(recording))]
-    errors = [_error(log, fitted(k)) for k, log in enumerate(logs)]
-    seconds, whole = time.process_time() - started, fitted(None)
-    return {"errors": errors, "all": [_error(log, whole) for log in logs], "seconds": seconds}
