@@ -45,22 +45,23 @@ def test_different_scenes_are_no_gap() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "values"),
+    ("name", "values", "axes"),
     [
-        ("defocus_blur", {"radius": 1.8}),
-        ("read_noise", {"sigma": 0.02}),
-        ("white_balance", {"red": 1.2, "blue": 0.85}),
-        ("vignetting", {"strength": 0.6}),
-        ("jpeg_compression", {"quality": 40.0}),
+        ("defocus_blur", {"radius": 1.8}, {"frequency"}),
+        ("read_noise", {"sigma": 0.02}, {"brightness"}),
+        ("white_balance", {"red": 1.2, "blue": 0.85}, {"channel", "brightness"}),
+        ("vignetting", {"strength": 0.6}, {"region"}),
+        ("jpeg_compression", {"quality": 40.0}, {"frequency", "brightness", ""}),
     ],
 )
-def test_names_one_effect_and_its_size(name: str, values: dict[str, float]) -> None:
+def test_names_one_effect_its_size_and_its_place(name: str, values: dict[str, float], axes: set[str]) -> None:
     result = diagnosed(recording({name: values}, 3))
     assert [each["name"] for each in result["effects"]] == [name]
     assert result["verdict"] == "explained"
     for key, found in parameters(result, name).items():
         assert found["value"] == pytest.approx(values[key], rel=0.1)
     assert result["gap"]["shrink"] > 0.9
+    assert next((each["axis"] for each in result["where"]), "") in axes
 
 
 def test_names_two_effects_which_share_the_gap() -> None:
@@ -91,7 +92,7 @@ def test_withheld_blur_is_unknown_or_its_twin() -> None:
     blurs = {"defocus_blur", "motion_blur", "low_resolution"}
     result = diagnosed(recording({"defocus_blur": {"radius": 2.5}}, 6), without=sorted(blurs))
     assert result["effects"] == [] and result["verdict"] == "unexplained"
-    assert result["where"][0]["axis"] in ("statistic", "spectrum", "noise")
+    assert result["where"][0]["axis"] == "frequency"
 
 
 def test_twice_the_same() -> None:

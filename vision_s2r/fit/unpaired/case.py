@@ -13,12 +13,13 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.surfaces import library_of
-from vision_s2r.fit.case import Axis, Experiment, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, confusable
 from vision_s2r.fit.unpaired import space
+from vision_s2r.fit.unpaired.axes import axes
 from vision_s2r.fit.unpaired.intervals import intervals
 from vision_s2r.fit.unpaired.reference import Reference, reference
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
-from vision_s2r.fit.unpaired.summary import GROUPS, PictureStatistics, Statistic
+from vision_s2r.fit.unpaired.summary import PictureStatistics, Statistic
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
 
@@ -140,19 +141,13 @@ class UnpairedCase:
         return ((self._own(segments) / self._fitter.scatter.deviation) ** 2).mean(1)
 
     def samples(self, hypothesis: Hypothesis) -> Samples:
-        """Picture by picture and statistic by statistic."""
+        """Picture by picture and statistic by statistic, on the axes of paired pictures."""
         segments = range(self.segments)
         deviation = self._fitter.scatter.deviation
         error = (self._differences(hypothesis, segments) / deviation) ** 2
         floor = (self._own(segments) / deviation) ** 2
-        count = len(deviation)
-        axes = [Axis("statistic", GROUPS, np.tile([GROUPS.index(group) for group in self._groups], self.segments))]
-        for group in GROUPS[:-1]:
-            labels = tuple(each.label for each in self._statistics if each.group == group)
-            bins = np.full(count, -1)
-            bins[[each == group for each in self._groups]] = np.arange(len(labels))
-            axes.append(Axis(group, labels, np.tile(bins, self.segments)))
-        return Samples(error.ravel(), floor.ravel(), np.repeat(np.arange(self.segments), count), tuple(axes))
+        segment = np.repeat(np.arange(self.segments), len(deviation))
+        return Samples(error.ravel(), floor.ravel(), segment, axes(self._statistics, self.segments))
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
