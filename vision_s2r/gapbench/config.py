@@ -11,7 +11,7 @@ from vision_s2r.parallel import backend_option
 
 STAGES = ("generate", "score", "all", "follow")
 ARMS = ("chains", "public", "all")
-KINDS = ("joint", "camera", "contact", "arm", "appearance", "servo")
+KINDS = ("joint", "camera", "contact", "arm", "appearance", "servo", "robot")
 COUNTS = {
     "null": 20,
     "dynamics": 18,

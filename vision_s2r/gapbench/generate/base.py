@@ -55,6 +55,7 @@ class Answer:
     withhold: str | None = None
     where: list[str] = field(default_factory=list)
     shrink: float | None = None
+    parts: dict[str, dict[str, Any]] = field(default_factory=dict)  # of a robot: their answers, by folder
     group: str = ""  # of machines that are told apart in the table, a servo's rate
     severity: float | None = None  # size of the gap in units of measurement noise
     notes: dict[str, Any] = field(default_factory=dict)  # noise levels, excitations …: for people, not scored

@@ -13,6 +13,7 @@ from vision_s2r.gapbench.files import commitment, read_json, write_json
 from vision_s2r.gapbench.generate.generate import cases_of
 from vision_s2r.gapbench.score import pictures
 from vision_s2r.gapbench.score.diagnoses import run
+from vision_s2r.gapbench.score.robot import score_robot, totals_of_robots
 from vision_s2r.gapbench.score.score import Score, score
 from vision_s2r.gapbench.score.table import markdown, published, totals
 
@@ -27,7 +28,8 @@ def score_all(cfg: GapbenchConfig) -> Path:
     committed = read_json(out / "commitments.json")
     answers = opened(out, committed["commitments"])
     scores = [scored(out / "reports" / name, name, committed["kind"], answers[name]) for name in names]
-    rows = totals(committed["kind"], scores)
+    robots = committed["kind"] == "robot"
+    rows = totals_of_robots(scores) if robots else totals(committed["kind"], scores)
     about = {key: value for key, value in committed.items() if key not in ("commitments", "withheld")}
     results = {
         **about,
@@ -68,6 +70,8 @@ def scored(folder: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:
     """The score of the report in a folder."""
     ran = read_json(folder / "run.json")
     report = read_json(folder / "report.json") if ran["exit"] == 0 else None
+    if kind == "robot":
+        return score_robot(name, answer, report, ran["seconds"])
     return score(name, kind, answer, report, ran["seconds"])
 
 

@@ -62,6 +62,7 @@ class Score:
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
     group: str = ""
+    parts: list["Score"] = field(default_factory=list)  # of a robot
 
 
 def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float) -> Score:

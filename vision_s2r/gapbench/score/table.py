@@ -39,19 +39,19 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
     every = [score.shrink_ratio for score in scores if score.shrink_ratio is not None]
     rows = [
         *_exact(kind, scores),
-        _share("source right", (s.source_right for s in scores if s.case != "known_unknown"), (0.99, 1)),
-        _share("location right, where the effect has one", (s.location_right for s in scores)),
-        _share("verdict right", (s.verdict_right for s in scores)),
-        _median("median parameter error", (p.error for p in parameters), (0, 0.05 if kind == "camera" else 0.03)),
-        _share("intervals that cover the truth", (p.covered for p in parameters), (0.90, 0.98)),
-        _median("shrink over the true effect's own", every, (0.95, np.inf)),
-        _median("shrink over the true effect's own, exact sets", shrinks),
-        _share("shrink at least 0.95 of the true effect's own", (ratio >= 0.95 for ratio in every)),
-        _share("false alarm, null and wrong parameters", (s.false_alarm for s in scores), (0, 0.01)),
+        share_of("source right", (s.source_right for s in scores if s.case != "known_unknown"), (0.99, 1)),
+        share_of("location right, where the effect has one", (s.location_right for s in scores)),
+        share_of("verdict right", (s.verdict_right for s in scores)),
+        median_of("median parameter error", (p.error for p in parameters), (0, 0.05 if kind == "camera" else 0.03)),
+        share_of("intervals that cover the truth", (p.covered for p in parameters), (0.90, 0.98)),
+        median_of("shrink over the true effect's own", every, (0.95, np.inf)),
+        median_of("shrink over the true effect's own, exact sets", shrinks),
+        share_of("shrink at least 0.95 of the true effect's own", (ratio >= 0.95 for ratio in every)),
+        share_of("false alarm, null and wrong parameters", (s.false_alarm for s in scores), (0, 0.01)),
         *_unknowns(kind, scores),
         *_of_groups(scores),
-        _median("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
-        _share("failed", (s.failed for s in scores)),
+        median_of("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
+        share_of("failed", (s.failed for s in scores)),
     ]
     return [row for row in rows if row is not None]
 
@@ -75,14 +75,14 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
     for case, title in titles.items():
         of_case = [score for score in scores if score.case == case]
         goal = (goals[case], 1.0) if case in goals else None
-        rows.append(_share(title, (s.exact for s in of_case), goal))
+        rows.append(share_of(title, (s.exact for s in of_case), goal))
         if case in goals:
-            rows.append(_share(f"{title}, or one declared confusable", (s.exact or s.confusable for s in of_case)))
+            rows.append(share_of(f"{title}, or one declared confusable", (s.exact or s.confusable for s in of_case)))
         if case == "single":
             payloads = (s.exact and _mass_error(s) <= MASS for s in of_case if s.expected == ["payload"])
-            rows.append(_share(f"a payload: alone, its mass within {MASS:.0%}", payloads, (0.90, 1.0)))
+            rows.append(share_of(f"a payload: alone, its mass within {MASS:.0%}", payloads, (0.90, 1.0)))
         if case == "all_nominal":
-            rows.append(_share(f"{title}, effects of the drive alone", (s.drive for s in of_case)))
+            rows.append(share_of(f"{title}, effects of the drive alone", (s.drive for s in of_case)))
     return rows
 
 
@@ -91,8 +91,8 @@ def _of_groups(scores: Sequence[Score]) -> list[Total | None]:
     rows: list[Total | None] = []
     for group in sorted({score.group for score in scores} - {""}, key=lambda name: (len(name), name)):
         own = [score for score in scores if score.group == group]
-        rows.append(_share(f"{group}, one effect: exact", (s.exact for s in own if s.case == "single")))
-        rows.append(_share(f"{group}, none: no gap", (s.verdict_right for s in own if s.case == "null")))
+        rows.append(share_of(f"{group}, one effect: exact", (s.exact for s in own if s.case == "single")))
+        rows.append(share_of(f"{group}, none: no gap", (s.verdict_right for s in own if s.case == "null")))
     return rows
 
 
@@ -105,21 +105,21 @@ def _unknowns(kind: str, scores: Sequence[Score]) -> list[Total | None]:
         return (each(score) for score in scores if score.case == case)
 
     return [
-        _share(
+        share_of(
             "effect outside the library: unknown, no false name",
             of("unknown", lambda s: s.recognized),
             (0.90 if kind in ("contact", "arm") else 0.95, 1),
         ),
-        _share(
+        share_of(
             "effect left out of the library: unknown, or one declared confusable",
             of("left_out", lambda s: s.recognized),
         ),
-        _share("a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)),
-        _share("effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)),
+        share_of("a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)),
+        share_of("effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)),
     ]
 
 
-def _share(name: str, hits: Iterable[bool | None], goal: tuple[float, float] | None = None) -> Total | None:
+def share_of(name: str, hits: Iterable[bool | None], goal: tuple[float, float] | None = None) -> Total | None:
     """A share with Wilson's interval, over those that are not None."""
     told = [hit for hit in hits if hit is not None]
     if not told:
@@ -128,7 +128,7 @@ def _share(name: str, hits: Iterable[bool | None], goal: tuple[float, float] | N
     return Total(name, sum(told) / len(told), float(low), float(high), len(told), goal)
 
 
-def _median(
+def median_of(
     name: str, values: Iterable[float], goal: tuple[float, float] | None = None, percent: bool = True
 ) -> Total | None:
     """A median with its interval from order statistics (exact, of no distribution)."""
