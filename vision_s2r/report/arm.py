@@ -39,7 +39,7 @@ def figures(recording: ArmRecording, effects: Values, report: Mapping[str, Any])
         {
             caption: drawing.series(recording.any.time[episode, rows], panels),
             "Which joints the gap is of: root mean square, before and after, against measurement noise": drawing.by_bin(
-                report["gap"]["unit"], {"joint": (names, levels[0], levels[1], levels[2])}
+                report["gap"]["unit"], [("joint", names, levels[0], levels[1], levels[2])]
             ),
         }
     )

@@ -39,13 +39,13 @@ def series(t: np.ndarray, panels: Mapping[str, Panel]) -> Figure:
     return figure
 
 
-def by_bin(unit: str, parts: Mapping[str, tuple[Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
-    """Bars of the gap by bin, a panel an axis: its name; labels, before, after and floor [bins] (NaN: no samples)."""
+def by_bin(unit: str, parts: Sequence[tuple[str, Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
+    """Bars of the gap by bin, a panel an axis: its name, labels, before, after and floor [bins] (NaN: no samples)."""
     columns = min(len(parts), 2)
     rows = -(-len(parts) // columns)
-    heights = [0.7 + 0.3 * max(len(labels) for labels, *_ in row) for row in _rows(list(parts.values()), columns)]
+    heights = [0.7 + 0.3 * max(len(labels) for _, labels, *_ in row) for row in _rows(parts, columns)]
     figure, axes = canvas(rows, columns, sum(heights), height_ratios=heights)
-    for axis, (name, (labels, before, after, floor)) in zip(axes.flat, parts.items(), strict=False):
+    for axis, (name, labels, before, after, floor) in zip(axes.flat, parts, strict=False):
         at = np.arange(len(labels))
         axis.barh(at - 0.19, before, 0.36, color=BEFORE, label="before")
         axis.barh(at + 0.19, after, 0.36, color=AFTER, label="after")
@@ -98,7 +98,7 @@ def maps(unit: str, panels: Mapping[str, np.ndarray]) -> Figure:
     return figure
 
 
-def _rows(items: list[Any], columns: int) -> list[list[Any]]:
+def _rows(items: Sequence[Any], columns: int) -> list[Sequence[Any]]:
     return [items[k : k + columns] for k in range(0, len(items), columns)]
 
 

@@ -36,7 +36,7 @@ def figures(
     else:
         looks |= _contact(recording, effects)
     axes = [axis for axis in before.axes if axis.name != GRID and len(axis.labels) > 1]
-    parts = {axis.name: (axis.labels, *_levels(before, after, axis)) for axis in axes}
+    parts = [(axis.name, axis.labels, *_levels(before, after, axis)) for axis in axes]
     if parts:
         looks["Where the gap lies: root mean square, before and after, against measurement noise"] = drawing.by_bin(
             unit, parts

@@ -18,6 +18,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL
 from vision_s2r.fit.unpaired.case import UnpairedCase
 from vision_s2r.recording import CameraRecording
+from vision_s2r.report import figures
 
 LIMITS = SearchConfig(folds=2, beam=1, breadth=4, contenders=2)  # as configs/diagnose.yaml has a camera's
 
@@ -62,6 +63,14 @@ def test_names_one_effect_its_size_and_its_place(name: str, values: dict[str, fl
         assert found["value"] == pytest.approx(values[key], rel=0.1)
     assert result["gap"]["shrink"] > 0.9
     assert next((each["axis"] for each in result["where"]), "") in axes
+
+
+def test_every_axis_is_drawn_though_two_are_of_brightness() -> None:
+    pictures = recording({"read_noise": {"sigma": 0.02}}, 3)
+    samples = case_of(pictures).samples(NOMINAL)
+    looks = figures(pictures, {}, samples, samples, "1")
+    panels = next(figure for caption, figure in looks.items() if caption.startswith("Where the gap lies")).axes
+    assert sorted(each.get_title(loc="left") for each in panels) == sorted(axis.name for axis in samples.axes)
 
 
 def test_names_two_effects_which_share_the_gap() -> None:
