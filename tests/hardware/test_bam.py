@@ -32,8 +32,7 @@ def pendulum(model, step=bam.LONGEST_STEP, **given):
 
 def values(model, **given):
     """The model's values, of which these are not neutral."""
-    one = dict.fromkeys(("inertia", "torque", "stribeck_velocity", "stribeck_exponent"), 1.0)
-    return bam.packed(model, np.array([(one | given).get(name, 0.0) for name in bam.MODELS[model]]))
+    return bam.packed(model, np.array([(bam.NEUTRAL | given).get(name, 0.0) for name in bam.MODELS[model]]))
 
 
 def test_it_swings_as_our_simulator_does_under_coulomb_friction():
@@ -46,10 +45,10 @@ def test_it_swings_as_our_simulator_does_under_coulomb_friction():
 
 def test_friction_that_grows_with_load_is_found_by_the_model_that_has_it(monkeypatch):
     recording, p = pendulum("M3", coulomb=0.05, viscous=0.05, back_emf=0.6, motor=0.3)
-    assert max(bam.errors(recording, p)) < 1e-12
+    assert max(bam.errors(bam.logs_of(recording), p)) < 1e-12
     monkeypatch.setattr(bam, "RUNS", 3000)
     seen, unseen = split(recording, [0, 1]), split(recording, [2])
-    (m1,), (m3,) = (bam.errors(unseen, bam.fit(model, seen)) for model in ("M1", "M3"))
+    (m1,), (m3,) = (bam.errors(bam.logs_of(unseen), bam.fit(model, seen)) for model in ("M1", "M3"))
     assert m3 < 1e-3 < 5e-3 < m1
 
 

@@ -6,15 +6,14 @@ differential evolution, RUNS runs of all logs for each model, and a descent from
 """
 
 import math
-import time
-from typing import Any
+from collections.abc import Sequence
 
 import numba
 import numpy as np
 from scipy.optimize import differential_evolution
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.recording import JointRecording, split
+from vision_s2r.recording import JointRecording
 
 # What a model may free, least and most, and its unit's power of torque: in units of the most that the drive gives.
 BOUNDS: dict[str, tuple[float, float, int]] = {
@@ -37,6 +36,7 @@ BOUNDS: dict[str, tuple[float, float, int]] = {
 NAMES = tuple(BOUNDS)
 BASE = NAMES[:6]
 STRIBECK = (*BASE, *NAMES[6:9])
+NEUTRAL = {"inertia": 1.0, "torque": 1.0, "stribeck_velocity": 1.0, "stribeck_exponent": 1.0}  # else 0
 # M3 and M4 have one value for both sides of the gearbox, the motor's.
 MODELS: dict[str, tuple[str, ...]] = {
     "M1": BASE,
@@ -46,7 +46,6 @@ MODELS: dict[str, tuple[str, ...]] = {
     "M5": (*STRIBECK, *NAMES[9:13]),
     "M6": NAMES,
 }
-ONE_SIDED = ("M3", "M4")
 LONGEST_STEP = 1e-3  # s
 POPULATION = 6  # of the search, for each free value
 RUNS = 12000  # of all logs in a search, at most, before the descent
@@ -99,30 +98,38 @@ def run(p: np.ndarray, drive: np.ndarray, rows: np.ndarray, first: np.ndarray, l
 def packed(model: str, free: np.ndarray) -> np.ndarray:
     """Values in the order of NAMES, of a model's free ones in its order."""
     given = dict(zip(MODELS[model], free, strict=True))
-    neutral = {"inertia": 1.0, "torque": 1.0, "stribeck_velocity": 1.0, "stribeck_exponent": 1.0}
-    if model in ONE_SIDED:
-        given |= {name.replace("motor", "external"): value for name, value in given.items() if "motor" in name}
-    return np.array([given.get(name, neutral.get(name, 0.0)) for name in NAMES])
+    one_sided = {name.replace("motor", "external"): value for name, value in given.items() if "motor" in name}
+    given = NEUTRAL | one_sided | given
+    return np.array([given.get(name, 0.0) for name in NAMES])
 
 
-def errors(recording: JointRecording, p: np.ndarray) -> list[float]:
-    """Mean absolute error of each log's position in free run, rad or m."""
+Log = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]  # drive, rows and first of `run`, and positions [T]
+
+
+def logs_of(recording: JointRecording) -> list[Log]:
+    """The recording's episodes as `run` wants them."""
     nominal = recording.nominal
-    drive = np.array(
-        [
-            nominal["inertia"],
-            nominal.get("gravity_torque", 0.0),
-            nominal.get("proportional_gain", 0.0),
-            nominal.get("command_limit", math.inf),
-        ]
-    )
+    absent = {"gravity_torque": 0.0, "proportional_gain": 0.0, "command_limit": math.inf}
+    drive = np.array([nominal["inertia"], *(nominal.get(name, value) for name, value in absent.items())])
     scale = 1.0 if recording.servo else nominal["torque_constant"]
     supply = np.ones_like(recording.command) if recording.supply is None else recording.supply
     rows = np.stack([recording.time, scale * recording.command, supply], axis=-1)
     return [
-        float(np.mean(np.abs(run(p, drive, rows[k, :n], recording.first[k], LONGEST_STEP) - recording.position[k, :n])))
-        for k, n in enumerate(recording.lengths)
+        (drive, rows[k, :n], recording.first[k], recording.position[k, :n]) for k, n in enumerate(recording.lengths)
     ]
+
+
+def errors(logs: Sequence[Log], p: np.ndarray) -> list[float]:
+    """Mean absolute error of each log's position in free run, rad or m."""
+    return [
+        float(np.mean(np.abs(run(p, drive, rows, first, LONGEST_STEP) - position)))
+        for drive, rows, first, position in logs
+    ]
+
+
+def error(recording: JointRecording, p: np.ndarray) -> float:
+    """The mean of its logs' errors."""
+    return float(np.mean(errors(logs_of(recording), p)))
 
 
 def fit(model: str, recording: JointRecording) -> np.ndarray:
@@ -130,8 +137,9 @@ def fit(model: str, recording: JointRecording) -> np.ndarray:
     strongest = recording.nominal["torque_constant"] * float(np.max(np.abs(recording.command)))
     most = recording.nominal.get("command_limit", strongest)
     bounds = [(low * most**power, high * most**power) for low, high, power in (BOUNDS[n] for n in MODELS[model])]
+    logs = logs_of(recording)
     found = differential_evolution(
-        lambda free: float(np.mean(errors(recording, packed(model, free)))),
+        lambda free: float(np.mean(errors(logs, packed(model, free)))),
         bounds,
         popsize=POPULATION,
         maxiter=max(RUNS // (POPULATION * len(bounds)) - 1, 1),
@@ -139,15 +147,3 @@ def fit(model: str, recording: JointRecording) -> np.ndarray:
         rng=SEED,
     )
     return packed(model, found.x)
-
-
-def each_without(recording: JointRecording, model: str) -> dict[str, Any]:
-    """Errors of each log under a fit to the others, and under a fit to all; and seconds of the former."""
-    started = time.process_time()
-    logs = range(len(recording))
-    left_out = [
-        errors(split(recording, [k]), fit(model, split(recording, [other for other in logs if other != k])))[0]
-        for k in logs
-    ]
-    seconds = time.process_time() - started
-    return {"errors": left_out, "all": errors(recording, fit(model, recording)), "seconds": seconds}

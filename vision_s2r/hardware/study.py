@@ -2,8 +2,10 @@
 
 import json
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
 from vision_s2r.report.reading import diagnosed, read_report, values
 
+T = TypeVar("T")
 IDENTIFIED, ARM = "identified.json", "arm.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
@@ -156,26 +159,27 @@ def _left_out(folder: Path, report: Path, jobs: int) -> dict[str, dict[str, Any]
     recording = read(folder)
     if not isinstance(recording, JointRecording) or len(recording) < LEAST_LOGS:
         return {}
-    logs = [split(recording, [k]) for k in range(len(recording))]
-    believed = [_error(log, {}) for log in logs]
-    found: dict[str, dict[str, Any]] = {"as believed": {"errors": believed, "all": believed, "seconds": 0.0}}
-    found |= {model: bam.each_without(recording, model) for model in bam.MODELS}
-    return found | {
-        "diagnosed": _diagnosed_without(recording, values(diagnosed(read_report(report / "report.json"))), jobs)
-    }
+    whole = values(diagnosed(read_report(report / "report.json")))
 
+    def rediagnosed(given: JointRecording) -> Values:
+        return whole if given is recording else values(diagnosed(diagnose(given, DiagnoseConfig(), jobs).to_dict()))
 
-def _diagnosed_without(recording: JointRecording, whole: Values, jobs: int) -> dict[str, Any]:
-    """The same of diagnoses, each of all logs but one; `whole` is of all."""
-    started = time.process_time()
-    errors = []
-    for k in range(len(recording)):
-        others = split(recording, [other for other in range(len(recording)) if other != k])
-        without = values(diagnosed(diagnose(others, DiagnoseConfig(), jobs).to_dict()))
-        errors.append(_error(split(recording, [k]), without))
-    seconds = time.process_time() - started
     return {
-        "errors": errors,
-        "all": [_error(split(recording, [k]), whole) for k in range(len(recording))],
-        "seconds": seconds,
+        "as believed": _each_without(recording, lambda _: {}, _error),
+        **{model: _each_without(recording, partial(bam.fit, model), bam.error) for model in bam.MODELS},
+        "diagnosed": _each_without(recording, rediagnosed, _error),
     }
+
+
+def _each_without(
+    recording: JointRecording, fitted: Callable[[JointRecording], T], error: Callable[[JointRecording, T], float]
+) -> dict[str, Any]:
+    """Errors of each log under what is fitted to the others, and under what is to all; and seconds of the former."""
+    started = time.process_time()
+    episodes = range(len(recording))
+    logs = [split(recording, [k]) for k in episodes]
+    errors = [
+        error(log, fitted(split(recording, [each for each in episodes if each != k]))) for k, log in enumerate(logs)
+    ]
+    seconds, whole = time.process_time() - started, fitted(recording)
+    return {"errors": errors, "all": [error(log, whole) for log in logs], "seconds": seconds}

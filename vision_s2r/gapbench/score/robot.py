@@ -65,9 +65,9 @@ def totals_of_robots(scores: Sequence[Score]) -> list[Total]:
     """Every figure of the robots' table: of whole robots, of their parts, of parameters and of time."""
     parts = [part for each in scores for part in each.parts]
     rows = [share_of("whole robot exact", (each.exact for each in scores))]
-    for title, case in (("nothing wrong", "null"), ("one part wrong", "single"), ("two parts wrong", "pair")):
-        rows.append(share_of(f"{title}: exact", (each.exact for each in scores if each.case == case)))
-    rows.append(share_of("three parts wrong: exact", (each.exact for each in scores if each.case == "triple")))
+    wrong = {"null": "nothing", "single": "one part", "pair": "two parts", "triple": "three parts"}
+    for case, title in wrong.items():
+        rows.append(share_of(f"{title} wrong: exact", (each.exact for each in scores if each.case == case)))
     for kind in ("camera", "joints", "contact"):
         own = [part for part in parts if part.id.split("/")[0] == kind]
         rows.append(share_of(f"{kind}, with an effect: exact", (part.exact for part in own if part.case == "single")))
