@@ -1,4 +1,4 @@
-"""A diagnosis that knows: reads the answer of a recording from $ANSWERS, by the recording's own text.
+"""A diagnosis that knows: reads the answer of a recording from $ANSWERS, by the recording's header.
 
 Takes recording=DIR out=DIR jobs=N withhold=[NAME], as scripts/diagnose.py does. $MANNER says how well it does:
 right | nothing (never names anything) | crash | wrong (always names cogging, with a wrong value) | asks (names nothing
@@ -6,7 +6,6 @@ but asks for a recording, and is right where it was made).
 """
 
 import hashlib
-import itertools
 import json
 import os
 import sys
@@ -22,12 +21,9 @@ manner = os.environ["MANNER"]
 if manner == "crash":
     sys.exit(3)
 ASKED = "0.125"  # A
-text = (recording / "joint.csv").read_text()
 known = json.loads(Path(os.environ["ANSWERS"]).read_text())
-ends = [k for k, (a, b) in enumerate(itertools.pairwise(text)) if a == "\n" and b == "5"]  # of the five first drawn
-first = text if not ends else text[: ends[0] + 1]
-answer = known[hashlib.sha256(first.encode()).hexdigest()]
-made = first != text and text.splitlines()[-1].split(",")[2] == ASKED
+answer = known[hashlib.sha256((recording / "recording.yaml").read_bytes()).hexdigest()]
+made = (recording / "joint.csv").read_text().splitlines()[-1].split(",")[2] == ASKED
 effects = {} if manner == "nothing" or (manner == "asks" and not made) else answer["effects"]
 verdict = "explained" if effects else "no_gap"
 if manner == "wrong":

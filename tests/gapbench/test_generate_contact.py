@@ -1,11 +1,14 @@
 """Generated tosses: an integrator of its own that agrees with the laws of the vocabulary; recordings that are read."""
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import NominalContact, box, pack, simulate
 from vision_s2r.contact.benchmark import toss
+from vision_s2r.fit.contact import experiments
 from vision_s2r.gapbench.generate import contact
 from vision_s2r.gapbench.generate.body import FINE, TossedBody, move
 from vision_s2r.recording import read
@@ -60,3 +63,26 @@ def test_a_generated_recording_is_read_and_drawn_again_the_same(tmp_path, monkey
     one, two = ((tmp_path / name / "contact.csv").read_text() for name in ("a", "b"))
     assert one == two and machine.answer.effects == {} and machine.answer.severity == 0
     assert len(read(tmp_path / "a")) == contact.TOSSES
+
+
+def test_a_body_is_tossed_once_more_as_a_report_asks(tmp_path, monkeypatch):
+    monkeypatch.setattr(contact, "TOSSES", 4)
+    machine = contact.machine("null", 0, "tuning", np.random.default_rng(3))
+    (tmp_path / "before").mkdir()
+    machine.write(tmp_path / "before")
+    before, answer = read(tmp_path / "before"), asdict(machine.answer)
+    high = np.array([[0.1 * k, 0, 1.5, 0, 0, 0, 1, 0.5, 0, 1, 0, 0, 0] for k in range(2)])
+    columns = dict(zip(contact.COLUMNS, high.T, strict=True))
+    throws = contact.asked(np.rec.fromarrays(list(columns.values()), names=list(columns)))
+    contact.continued(tmp_path / "before", tmp_path / "after", answer, throws, np.random.default_rng(1))
+    after = read(tmp_path / "after")
+    assert len(after) == len(before) + 2
+    assert np.array_equal(after.position[:4, : before.position.shape[1]], before.position, equal_nan=True)
+    t = np.arange(after.lengths[-1]) * after.sample_time
+    assert t[-1] == pytest.approx(experiments.SECONDS, abs=0.02)
+    flies = t < 0.4  # s, until which it meets nothing
+    height = 1.5 + t - 9.81 * t**2 / 2
+    for k, throw in enumerate(after.position[-2:]):
+        assert throw[: len(t)][flies, 2] == pytest.approx(height[flies], abs=5e-3)
+        assert throw[: len(t)][flies, 0] == pytest.approx(0.1 * k + 0.5 * t[flies], abs=5e-3)
+    assert contact.at_random(tmp_path / "before", answer, throws, np.random.default_rng(2)).shape == throws.shape

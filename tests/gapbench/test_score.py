@@ -30,7 +30,7 @@ def scored_by(benchmark: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Score the benchmark in a folder of its own, by a fake of this manner; returns that folder."""
     answers = json.loads((benchmark / "answers.json").read_text())
     digests = {
-        hashlib.sha256((benchmark / "recordings" / name / "joint.csv").read_bytes()).hexdigest(): entry["answer"]
+        hashlib.sha256((benchmark / "recordings" / name / "recording.yaml").read_bytes()).hexdigest(): entry["answer"]
         for name, entry in answers.items()
     }
     (tmp_path / "answers.json").write_text(json.dumps(digests))

@@ -7,7 +7,11 @@ A kind of recording is a module (`generate.joint`, `generate.camera`) with
 
 `index` counts the machines of a case from 0, so that effects are taken in turn; `split` is one of `SPLITS`; all that is
 random comes from `rng`. The unknown effects of the two splits are disjoint. What `generate.of_kind` asks of a kind
-follows by name.
+follows by name. A kind whose machines can do what a report asks for (`score.follow`) also has
+
+    def asked(table: np.ndarray) -> np.ndarray                    # what a next_recording.csv is to make the machine do
+    def at_random(folder: Path, answer: dict, like: np.ndarray, rng: np.random.Generator) -> np.ndarray  # as much
+    def continued(folder: Path, out: Path, answer: dict, done: np.ndarray, rng: np.random.Generator) -> None
 """
 
 from collections.abc import Callable

@@ -2,7 +2,7 @@
 
 An effect shows when it moves the body, over a quarter of a second from the same state, by 3 (mild) to 100 times
 (severe) the noise of measured positions, at its median over the windows in which it acts; in pairs each effect does,
-beside the other.
+beside the other. What a confusable recording hides shows less than the noise in tosses that are all thrown one way.
 """
 
 import math
@@ -17,14 +17,20 @@ import yaml
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.body import COARSE, FIELDS, FINE, TossedBody, move
 
-CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out")
+CASES = ("null", "dynamics", "single", "pair", "unknown", "weak", "left_out", "confusable")
 TOSSES, SHOWN = 24, 4  # in a recording, and of them to measure how an effect shows
 MILD, SEVERE = 3.0, 100.0
 WEAK = (0.02, 0.3)
 LOUD = {"contact_compliance": (30.0, 300.0)}  # severities: a spring's rebound is not Newton's, however hard it is
 WINDOW = 0.25  # s
+HIDDEN = 0.2  # of the noise: an effect, or what is left of it beside another, that nobody can tell
+SLIGHT = 0.01  # intensity of an effect that is scaled to imitate another
+ALL_ALIKE = 12  # tosses of a recording that hides an effect
+ASKED = 1.0  # s that a toss is recorded which a report asks for
 ACTS = 0.1  # of the largest change that an effect makes to a window: it acts where its change is larger
 APART = {"restitution", "contact_compliance"}  # what they do together depends on whose spring it is
+
+COLUMNS = ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz")
 
 Family = Callable[[float, TossedBody, np.random.Generator], dict[str, float]]
 
@@ -60,16 +66,26 @@ class Setting:
 
     def severity(self, body: TossedBody, without: TossedBody) -> float:
         """How far two bodies come apart in windows that begin alike, in units of the poses' noise."""
-        length = max(2, round(WINDOW / self.sample_time))
-        states = self.tossed(body, self.first[:: TOSSES // SHOWN - 1][:SHOWN], longest=COARSE)
-        starts = states[:, :-length:length].reshape(-1, 13)
-        changes = []
-        for start in starts:
-            pair = [self.tossed(each, start[None], length + 1, COARSE)[0, -1, :3] for each in (body, without)]
-            changes.append(float(np.linalg.norm(pair[0] - pair[1])))
-        change = np.array(changes)
+        starts = self.starts(body, self.first[:: TOSSES // SHOWN - 1][:SHOWN])
+        change = np.linalg.norm(self._ends(body, starts)[:, :3] - self._ends(without, starts)[:, :3], axis=-1)
         acting = change[change > ACTS * np.quantile(change, 0.9)]
         return float(np.median(acting)) / self.noise[0] if len(acting) else 0.0
+
+    def starts(self, body: TossedBody, first: np.ndarray) -> np.ndarray:
+        """States [W, 13] that windows of a body's tosses begin at."""
+        length = max(2, round(WINDOW / self.sample_time))
+        return self.tossed(body, first, longest=COARSE)[:, :-length:length].reshape(-1, 13)
+
+    def apart(self, body: TossedBody, starts: np.ndarray) -> np.ndarray:
+        """How far a body's windows [W, 6] from these states end from the nominal one's, in units of the noise."""
+        one, other = self._ends(body, starts), self._ends(self.nominal, starts)
+        turn = 2 * _product(one[:, 3:7], other[:, 3:7] * (-1, -1, -1, 1))
+        turn = turn[:, :3] * np.where(turn[:, 3:] < 0, -1.0, 1.0)
+        return np.concatenate([(one - other)[:, :3] / self.noise[0], turn / self.noise[1]], axis=1)
+
+    def _ends(self, body: TossedBody, starts: np.ndarray) -> np.ndarray:
+        """Where windows end that begin at these states [W, 13]."""
+        return self.tossed(body, starts, max(2, round(WINDOW / self.sample_time)) + 1, COARSE)[:, -1]
 
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
@@ -78,6 +94,8 @@ def machine(case: str, index: int, split: str, rng: np.random.Generator) -> Gene
     def draw() -> GeneratedMachine:
         setting = _setting(rng)
         body, answer = _DRAWN[case](setting, index, split, rng)
+        if case == "confusable":
+            setting = _hiding(setting, body, answer, rng)
         return recorded(setting, body, answer, rng)
 
     return drawn(draw, f"machine of case '{case}' number {index}")
@@ -92,15 +110,11 @@ def _setting(rng: np.random.Generator) -> Setting:
     )
     kind = rng.choice(["cube", "brick", "ball"], p=[0.5, 0.3, 0.2])
     if kind == "ball":
-        radius = float(f"{rng.uniform(0.03, 0.06):.3g}")
-        shape: dict[str, Any] = {"shape": "sphere", "radius": radius}
-        points, inertia, size = np.zeros((0, 3)), 0.4 * radius**2 * np.eye(3), radius
+        shape: dict[str, Any] = {"shape": "sphere", "radius": float(f"{rng.uniform(0.03, 0.06):.3g}")}
     else:
         half = np.full(3, rng.uniform(0.03, 0.06)) * (1 if kind == "cube" else rng.uniform(0.5, 1.0, 3))
-        half = np.array([float(f"{x:.3g}") for x in half])
-        shape = {"shape": "box", "half_extents": half.tolist()}
-        points = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
-        inertia, size, radius = np.diag((half**2).sum() - half**2) / 3, float(half.min()), 0.0
+        shape = {"shape": "box", "half_extents": [float(f"{x:.3g}") for x in half]}
+    points, radius, inertia, size = _geometry(shape)
     rate = rng.uniform(120, 240)
     noise = (math.exp(rng.uniform(*np.log([1e-4, 6e-4]))), math.exp(rng.uniform(*np.log([1e-3, 5e-3]))))
     return Setting(
@@ -110,7 +124,7 @@ def _setting(rng: np.random.Generator) -> Setting:
         radius=radius,
         inertia=inertia,
         size=size,
-        first=tosses(points, radius, rng),
+        first=tosses(TOSSES, points, radius, rng),
         samples=int(0.8 * rate),
         sample_time=float(f"{1 / rate:.5g}"),
         noise=noise,
@@ -118,16 +132,23 @@ def _setting(rng: np.random.Generator) -> Setting:
     )
 
 
-def tosses(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+def _geometry(shape: dict[str, Any]) -> tuple[np.ndarray, float, np.ndarray, float]:
+    """Points, radius, inertia of unit mass and size of a shape of a header."""
+    if shape["shape"] == "sphere":
+        radius = shape["radius"]
+        return np.zeros((0, 3)), radius, 0.4 * radius**2 * np.eye(3), radius
+    half = np.array(shape["half_extents"])
+    points = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]) * half
+    return points, 0.0, np.diag((half**2).sum() - half**2) / 3, float(half.min())
+
+
+def tosses(count: int, points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
     """Thrown with a spin, and every third one pushed along its support from a face."""
-    first = np.zeros((TOSSES, 13))
+    first = np.zeros((count, 13))
     for k, row in enumerate(first):
         row[:2] = rng.normal(0, 0.1, 2)
         if k % 3 == 2:
-            axis = rng.permutation(np.eye(3)) if len(points) else np.eye(3)
-            axis[0] *= np.sign(np.linalg.det(axis))
-            row[3:7] = _quaternion(axis)
-            row[2] = -(points @ axis.T)[:, 2].min() + 1e-6 if len(points) else radius
+            row[2:7] = _lying(points, radius, rng)
             angle, speed = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 2.0)
             row[7:9] = speed * np.cos(angle), speed * np.sin(angle)
             row[12] = rng.normal(0, 6)
@@ -137,6 +158,30 @@ def tosses(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.nd
             row[3:7] = q / np.linalg.norm(q)
             row[7:10] = rng.normal(size=3) * (1.0, 1.0, 0.4)
             row[10:] = rng.normal(0, 5, 3)
+    return first
+
+
+def _lying(points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+    """Height and attitude [5] of a body on one of its faces."""
+    axis = rng.permutation(np.eye(3)) if len(points) else np.eye(3)
+    axis[0] *= np.sign(np.linalg.det(axis))
+    return np.array([-(points @ axis.T)[:, 2].min() + 1e-6 if len(points) else radius, *_quaternion(axis)])
+
+
+def _alike(way: str, points: np.ndarray, radius: float, rng: np.random.Generator) -> np.ndarray:
+    """Tosses [ALL_ALIKE, 13] of one of the `WAYS`; a ball that is pushed rolls."""
+    first = np.zeros((ALL_ALIKE, 13))
+    for row in first:
+        row[:2] = rng.normal(0, 0.1, 2)
+        row[2:7] = _lying(points, radius, rng)
+        if way == "dropped":
+            row[2] += rng.uniform(0.05, 0.2)
+        elif way == "pushed":
+            angle, speed = rng.uniform(0, 2 * np.pi), rng.uniform(0.5, 2.0)
+            row[7:9] = speed * np.cos(angle), speed * np.sin(angle)
+            row[10:12] = (0.0, 0.0) if len(points) else (-row[8] / radius, row[7] / radius)
+        else:
+            row[12] = rng.choice([-1.0, 1.0]) * rng.uniform(4.0, 15.0)
     return first
 
 
@@ -211,6 +256,8 @@ LIBRARY: dict[str, tuple[Family, dict[str, str]]] = {
 COEFFICIENTS = ("lateral_friction", "restitution")
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
 
+WAYS = ("dropped", "pushed", "spun")  # in which people toss who think of one effect: each hides others
+
 # Effects outside the vocabulary, in two lists that share no kind: one to tune on, one to report on.
 UNKNOWN: dict[str, dict[str, Family]] = {
     "tuning": {
@@ -274,6 +321,38 @@ def _left_out(setting: Setting, index: int, split: str, rng: np.random.Generator
     return body, replace(answer, case="left_out", effects={}, withhold=name, where=[])
 
 
+def _confusable(setting: Setting, index: int, split: str, rng: np.random.Generator) -> tuple[TossedBody, Answer]:
+    """One effect, drawn: few are hidden by tosses of one way."""
+    return _with_effects(setting, "confusable", (str(rng.choice(list(LIBRARY))),), rng)
+
+
+def _hiding(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.Generator) -> Setting:
+    """The setting with tosses of one way, in which the effect hardly shows or another imitates it."""
+    for way in rng.permutation(WAYS):
+        one = replace(setting, first=_alike(str(way), setting.points, setting.radius, rng))
+        starts = one.starts(setting.nominal, one.first)
+        change = one.apart(body, starts)
+        if min(_size(change), _imitated(one, change, starts, answer, rng)) < HIDDEN:
+            return one
+    raise Redraw
+
+
+def _imitated(
+    setting: Setting, change: np.ndarray, starts: np.ndarray, answer: Answer, rng: np.random.Generator
+) -> float:
+    """What of a change of windows [W, 6] no one other effect imitates, to first order; of the noise."""
+    rest = [_size(change)]
+    for family in (family for name, (family, _) in LIBRARY.items() if name not in answer.effects):
+        other = setting.apart(setting.nominal._replace(**family(SLIGHT, setting.nominal, rng)), starts)
+        size = float((other * change).sum() / max((other**2).sum(), 1e-12))
+        rest.append(_size(change - size * other))
+    return min(rest)
+
+
+def _size(change: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(change**2)))
+
+
 _DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[TossedBody, Answer]]] = {
     "null": _null,
     "dynamics": _dynamics,
@@ -282,6 +361,7 @@ _DRAWN: dict[str, Callable[[Setting, int, str, np.random.Generator], tuple[Tosse
     "unknown": _unknown,
     "weak": _weak,
     "left_out": _left_out,
+    "confusable": _confusable,
 }
 
 
@@ -335,35 +415,47 @@ def _effects(body: TossedBody, names: tuple[str, ...]) -> Effects:
 
 
 def recorded(setting: Setting, body: TossedBody, answer: Answer, rng: np.random.Generator) -> GeneratedMachine:
-    states = setting.tossed(body)
-    position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
-    attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
-    velocity = None
-    if setting.velocity_noise is not None:
-        sigma = np.repeat(setting.velocity_noise, 3)
-        velocity = states[..., 7:] + rng.normal(size=states[..., 7:].shape) * sigma
+    measured = _measured(setting, setting.tossed(body), rng)
     changed = {name: float(value) for name, value in zip(FIELDS, body, strict=True)}
     answer = replace(
         answer,
         severity=setting.severity(body, setting.nominal) if body != setting.nominal else 0.0,
-        notes={"noise": list(setting.noise), "shape": setting.shape, "machine": changed},
+        notes={
+            "noise": list(setting.noise),
+            "velocity_noise": setting.velocity_noise and list(setting.velocity_noise),
+            "shape": setting.shape,
+            "machine": changed,
+        },
     )
-    return GeneratedMachine(answer, lambda folder: _write(folder, setting, position, attitude, velocity))
+    return GeneratedMachine(answer, lambda folder: _write(folder, setting, measured))
+
+
+def _measured(setting: Setting, states: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """What sensors show of states [E, T, 13]: poses, and velocities where there is a sensor of them."""
+    position = states[..., :3] + rng.normal(0, setting.noise[0], states[..., :3].shape)
+    attitude = _jolted(states[..., 3:7], rng.normal(0, setting.noise[1], states[..., :3].shape))
+    if setting.velocity_noise is None:
+        return np.concatenate([position, attitude], axis=-1)
+    sigma = np.repeat(setting.velocity_noise, 3)
+    velocity = states[..., 7:] + rng.normal(size=states[..., 7:].shape) * sigma
+    return np.concatenate([position, attitude, velocity], axis=-1)
 
 
 def _jolted(q: np.ndarray, turn: np.ndarray) -> np.ndarray:
     """Attitudes [..., 4] turned by small rotation vectors [..., 3]."""
     size = np.linalg.norm(turn, axis=-1, keepdims=True)
     axis = turn / np.maximum(size, 1e-12) * np.sin(size / 2)
-    w = np.cos(size / 2)
-    vector = w * q[..., :3] + q[..., 3:] * axis + np.cross(axis, q[..., :3])
-    scalar = w * q[..., 3:] - (axis * q[..., :3]).sum(axis=-1, keepdims=True)
+    return _product(np.concatenate([axis, np.cos(size / 2)], axis=-1), q)
+
+
+def _product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Of quaternions [..., 4], the turn p after q."""
+    vector = p[..., 3:] * q[..., :3] + q[..., 3:] * p[..., :3] + np.cross(p[..., :3], q[..., :3])
+    scalar = p[..., 3:] * q[..., 3:] - (p[..., :3] * q[..., :3]).sum(axis=-1, keepdims=True)
     return np.concatenate([vector, scalar], axis=-1)
 
 
-def _write(
-    folder: Path, setting: Setting, position: np.ndarray, attitude: np.ndarray, velocity: np.ndarray | None
-) -> None:
+def _write(folder: Path, setting: Setting, measured: np.ndarray) -> None:
     nominal = setting.nominal
     head = {
         "format": "vision-s2r/recording/1",
@@ -378,13 +470,47 @@ def _write(
         },
     }
     (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
-    names = ["episode", "t", "x", "y", "z", "qx", "qy", "qz", "qw"]
-    names += [] if velocity is None else ["vx", "vy", "vz", "wx", "wy", "wz"]
-    parts = [position, attitude] if velocity is None else [position, attitude, velocity]
-    rows = [",".join(names)]
-    for episode, states in enumerate(np.concatenate(parts, axis=-1)):
-        rows += [
-            f"{episode},{k * setting.sample_time:.8g}," + ",".join(f"{x:.8g}" for x in row)
-            for k, row in enumerate(states)
-        ]
+    names = ["episode", "t", *COLUMNS[: measured.shape[-1]]]
+    rows = [",".join(names), *_rows(measured, setting.sample_time, 0)]
     (folder / "contact.csv").write_text("\n".join(rows) + "\n")
+
+
+def _rows(measured: np.ndarray, sample_time: float, first: int) -> list[str]:
+    """Lines of contact.csv, episodes counted from `first`."""
+    return [
+        f"{episode},{k * sample_time:.8g}," + ",".join(f"{x:.8g}" for x in row)
+        for episode, states in enumerate(measured, first)
+        for k, row in enumerate(states)
+    ]
+
+
+# What a report asks for
+
+
+def asked(table: np.ndarray) -> np.ndarray:
+    """The states [N, 13] that the throws of a report's next_recording.csv are released in."""
+    return np.stack([np.atleast_1d(table[name]) for name in COLUMNS], axis=1)
+
+
+def at_random(folder: Path, answer: dict[str, Any], like: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """As many throws [N, 13] as a recording's are drawn."""
+    points, radius, *_ = _geometry(answer["notes"]["shape"])
+    return tosses(len(like), points, radius, rng)
+
+
+def continued(folder: Path, out: Path, answer: dict[str, Any], first: np.ndarray, rng: np.random.Generator) -> None:
+    """A recording of a body once more, with throws from these states [N, 13] behind those that it has."""
+    head, notes = yaml.safe_load((folder / "recording.yaml").read_text()), answer["notes"]
+    body = TossedBody(**notes["machine"])
+    points, radius, inertia, size = _geometry(notes["shape"])
+    step, noise, velocity_noise = head["sample_time"], tuple(notes["noise"]), notes["velocity_noise"]
+    samples = round(ASKED / step)
+    setting = Setting(
+        *(body, notes["shape"], points, radius, inertia, size, first, samples, step, noise, velocity_noise)
+    )
+    lines = (folder / "contact.csv").read_text().splitlines()
+    last = int(lines[-1].partition(",")[0])
+    rows = _rows(_measured(setting, setting.tossed(body), rng), step, last + 1)
+    out.mkdir(parents=True)
+    (out / "recording.yaml").write_text((folder / "recording.yaml").read_text())
+    (out / "contact.csv").write_text("\n".join([*lines, *rows]) + "\n")

@@ -463,11 +463,17 @@ def continued(folder: Path, out: Path, answer: dict[str, Any], commands: np.ndar
     (out / "joint.csv").write_text("\n".join([*lines, *_rows(commands, measured, last + 1)]) + "\n")
 
 
-def random_commands(folder: Path, answer: dict[str, Any], count: int, rng: np.random.Generator) -> np.ndarray:
-    """Commands [count, T] (A) as a recording's are drawn, for the nominal joint."""
+def asked(table: np.ndarray) -> np.ndarray:
+    """The commands [E, T] (A) of a report's next_recording.csv."""
+    return np.stack([table["current"][table["episode"] == k] for k in np.unique(table["episode"])])
+
+
+def at_random(folder: Path, answer: dict[str, Any], like: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Commands of this shape [E, T] (A) as a recording's are drawn, for the nominal joint."""
     nominal = DriveModel(**yaml.safe_load((folder / "recording.yaml").read_text())["nominal"])
     noise = tuple(answer["notes"]["noise"][name] for name in ("position", "velocity"))
-    return record(JointTruth(nominal), draw_excitation(nominal, noise, rng)[:count], COARSE)[1]
+    drawn = record(JointTruth(nominal), draw_excitation(nominal, noise, rng)[: len(like)], COARSE)[1]
+    return drawn[:, : like.shape[1]]
 
 
 def _write(folder: Path, nominal: DriveModel, commands: np.ndarray, measured: np.ndarray) -> None:
