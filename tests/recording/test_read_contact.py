@@ -130,6 +130,23 @@ def test_no_contact_and_a_shape_that_does_not_fit(tmp_path):
     refused(rewritten(tmp_path, position=one.position + np.array([0, 0, 0.03])), "the shape does not fit the poses")
 
 
+def test_a_body_that_spins_on_the_spot_is_read_though_its_poses_are_noisy(tmp_path):
+    rng = np.random.default_rng(0)
+    one = a_contact()
+    t = 0.005 * np.arange(100)
+    position = np.array([0, 0, 0.05]) + rng.normal(0, 1.5e-4, (4, 100, 3))
+    noise = Rotation.from_rotvec(rng.normal(0, 4e-3, (400, 3)))
+    attitude = noise * Rotation.from_rotvec(np.tile(np.outer(5 * t - 3 * t**2, [0, 0, 1]), (4, 1)))
+    velocity = rng.normal(0, 1.5e-3, (4, 100, 6))
+    velocity[..., 5] += 5 - 6 * t
+    spinning = dataclasses.replace(
+        one,
+        **{"position": position, "attitude": attitude.as_quat().reshape(4, 100, 4), "velocity": velocity},
+        **{"lengths": np.full(4, 100), "sample_time": 0.005},
+    )
+    assert len(read(write(spinning, tmp_path / "spun"))) == 4
+
+
 def test_velocities_of_another_frame_unit_or_body_are_named(tmp_path):
     one = a_contact(samples=30)
     velocity, flat = one.velocity, Rotation.from_quat(one.attitude.reshape(-1, 4))

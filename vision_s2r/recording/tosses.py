@@ -16,6 +16,7 @@ NEAR = 0.1  # of the body's depth: a lowest point as low as that may be in touch
 PUSHED = 0.3  # of gravity: a mean acceleration over a few samples that differs by more from it was not free
 FEW = 6  # samples that such a mean reaches over
 PROPORTIONAL = 0.5  # of the size of a velocity: less of it than this may disagree with the poses
+SPAN = 0.1  # s over which velocities and differences of poses are compared
 MOVES = 0.05  # m/s or rad/s, root mean square: slower bodies say nothing of the units
 
 
@@ -60,14 +61,25 @@ def _check_velocity(recording: ContactRecording, path: Path) -> None:
     mean = 0.5 * (recording.velocity[:, 1:] + recording.velocity[:, :-1])
     way = np.diff(recording.position, axis=1) / recording.sample_time
     inside = np.isfinite(way[..., 0])
-    _agree("vx, vy, vz", mean[inside][:, :3], way[inside], "position", path)
     attitude = Rotation.from_quat(recording.attitude[:, :-1][inside])
     turn = Rotation.from_quat(recording.attitude[:, 1:][inside]) * attitude.inv()
-    spin = turn.as_rotvec() / recording.sample_time
-    given = mean[inside][:, 3:]
-    if _disagreement(attitude.apply(given), spin) < 0.5 * min(_disagreement(given, spin), PROPORTIONAL):
+    spin, turned = np.full(way.shape, np.nan), np.full(way.shape, np.nan)
+    spin[inside] = turn.as_rotvec() / recording.sample_time
+    turned[inside] = attitude.apply(mean[inside][:, 3:])
+    span = max(1, min(round(SPAN / recording.sample_time), int(recording.lengths.min()) - 1))
+    velocity, way, given, spin, turned = (
+        _averaged(each, span) for each in (mean[..., :3], way, mean[..., 3:], spin, turned)
+    )
+    _agree("vx, vy, vz", velocity, way, "position", path)
+    if _disagreement(turned, spin) < 0.5 * min(_disagreement(given, spin), PROPORTIONAL):
         raise UserError(f"{path}: wx, wy, wz are in the body's frame, expected the support's, as the positions")
     _agree("wx, wy, wz", given, spin, "attitude", path)
+
+
+def _averaged(rates: np.ndarray, span: int) -> np.ndarray:
+    """Means [N, 3] of rates [E, T, 3] over so many samples, so that the noise of poses hardly counts."""
+    means = np.lib.stride_tricks.sliding_window_view(rates, span, axis=1).mean(axis=-1)
+    return means[np.isfinite(means[..., 0])]
 
 
 def _disagreement(given: np.ndarray, derived: np.ndarray) -> float:
