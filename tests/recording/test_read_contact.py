@@ -130,15 +130,16 @@ def test_no_contact_and_a_shape_that_does_not_fit(tmp_path):
     refused(rewritten(tmp_path, position=one.position + np.array([0, 0, 0.03])), "the shape does not fit the poses")
 
 
-def test_a_body_that_spins_on_the_spot_is_read_though_its_poses_are_noisy(tmp_path):
+@pytest.mark.parametrize("spin", [0.0, 5.0])
+def test_a_body_on_the_spot_is_read_though_its_poses_are_noisy(tmp_path, spin):
     rng = np.random.default_rng(0)
     one = a_contact()
     t = 0.005 * np.arange(100)
     position = np.array([0, 0, 0.05]) + rng.normal(0, 1.5e-4, (4, 100, 3))
     noise = Rotation.from_rotvec(rng.normal(0, 4e-3, (400, 3)))
-    attitude = noise * Rotation.from_rotvec(np.tile(np.outer(5 * t - 3 * t**2, [0, 0, 1]), (4, 1)))
+    attitude = noise * Rotation.from_rotvec(np.tile(np.outer(spin * (t - 0.6 * t**2), [0, 0, 1]), (4, 1)))
     velocity = rng.normal(0, 1.5e-3, (4, 100, 6))
-    velocity[..., 5] += 5 - 6 * t
+    velocity[..., 5] += spin * (1 - 1.2 * t)
     spinning = dataclasses.replace(
         one,
         **{"position": position, "attitude": attitude.as_quat().reshape(4, 100, 4), "velocity": velocity},

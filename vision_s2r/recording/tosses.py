@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
+from scipy.stats import norm
 
 from vision_s2r.errors import UserError
 from vision_s2r.recording.data import ContactRecording
@@ -17,7 +18,8 @@ PUSHED = 0.3  # of gravity: a mean acceleration over a few samples that differs 
 FEW = 6  # samples that such a mean reaches over
 PROPORTIONAL = 0.5  # of the size of a velocity: less of it than this may disagree with the poses
 SPAN = 0.1  # s over which velocities and differences of poses are compared
-MOVES = 0.05  # m/s or rad/s, root mean square: slower bodies say nothing of the units
+MOVES = 0.05  # m/s or rad/s, root mean square: slower bodies say nothing of the units …
+CLEARLY = 3.0  # … nor do those that are no faster than so many times the noise of these differences
 
 
 def check(recording: ContactRecording, lines: np.ndarray, rows: list[np.ndarray], path: Path) -> None:
@@ -67,13 +69,27 @@ def _check_velocity(recording: ContactRecording, path: Path) -> None:
     spin[inside] = turn.as_rotvec() / recording.sample_time
     turned[inside] = attitude.apply(mean[inside][:, 3:])
     span = max(1, min(round(SPAN / recording.sample_time), int(recording.lengths.min()) - 1))
+    least = [max(MOVES, CLEARLY * _noise(each) / span) for each in (way, spin)]
     velocity, way, given, spin, turned = (
         _averaged(each, span) for each in (mean[..., :3], way, mean[..., 3:], spin, turned)
     )
-    _agree("vx, vy, vz", velocity, way, "position", path)
-    if _disagreement(turned, spin) < 0.5 * min(_disagreement(given, spin), PROPORTIONAL):
-        raise UserError(f"{path}: wx, wy, wz are in the body's frame, expected the support's, as the positions")
-    _agree("wx, wy, wz", given, spin, "attitude", path)
+    if _size(way) > least[0]:
+        _agree("vx, vy, vz", velocity, way, "position", path)
+    if _size(spin) > least[1]:
+        if _disagreement(turned, spin) < 0.5 * min(_disagreement(given, spin), PROPORTIONAL):
+            raise UserError(f"{path}: wx, wy, wz are in the body's frame, expected the support's, as the positions")
+        _agree("wx, wy, wz", given, spin, "attitude", path)
+
+
+def _noise(rates: np.ndarray) -> float:
+    """Standard deviation of rates [E, T, 3] that are differences of noisy poses, by the steps from each to the next."""
+    steps = np.abs(np.diff(rates, axis=1))
+    return float(np.sqrt(3 * 2 / 6) * np.nanmedian(steps) / norm.ppf(0.75))
+
+
+def _size(rates: np.ndarray) -> float:
+    """Root mean square length of [N, 3]."""
+    return float(np.sqrt((rates**2).sum(axis=-1).mean()))
 
 
 def _averaged(rates: np.ndarray, span: int) -> np.ndarray:
@@ -85,12 +101,11 @@ def _averaged(rates: np.ndarray, span: int) -> np.ndarray:
 def _disagreement(given: np.ndarray, derived: np.ndarray) -> float:
     """Root mean square difference over the larger of both, the largest tenth of the differences left out."""
     difference = np.sort(((given - derived) ** 2).sum(axis=1))[: max(1, int(0.9 * len(given)))].mean()
-    size = max((given**2).sum(axis=1).mean(), (derived**2).sum(axis=1).mean(), MOVES**2)
-    return float(np.sqrt(difference / size))
+    return float(np.sqrt(difference)) / max(_size(given), _size(derived))
 
 
 def _agree(names: str, given: np.ndarray, derived: np.ndarray, of: str, path: Path) -> None:
-    if np.sqrt((derived**2).sum(axis=1).mean()) < MOVES or _disagreement(given, derived) < PROPORTIONAL:
+    if _disagreement(given, derived) < PROPORTIONAL:
         return
     factor = float((given * derived).sum() / (derived**2).sum())
     if factor and _disagreement(given / factor, derived) < PROPORTIONAL:
