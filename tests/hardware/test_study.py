@@ -58,6 +58,18 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
     assert all(row[4] < 0.2 for row in identified["rows"])
 
 
+def test_motions_are_diagnosed_together_and_tried_on_the_rest(tmp_path, monkeypatch):
+    for name, seed in (("one", 3), ("two", 4), ("three", 5)):
+        write(log(seed), tmp_path / "logs" / "axis" / name)
+    monkeypatch.setattr(hardware, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
+    cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"), together=["one", "two"])
+    (row,) = {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}["hardware"]["rows"]
+    believed, _, diagnosed = (float(x) for x in row[4].split(" / "))
+    assert row[0] == "axis, one + two" and "viscous damping 0.2 " in row[1] and diagnosed < 0.2 * believed
+    with pytest.raises(UserError, match="no machine has all of one, tow; there are one, three, two"):
+        hardware.study(replace(cfg, together=["one", "tow"]))
+
+
 def test_an_arm_is_diagnosed_from_one_motion_and_tried_on_the_others(tmp_path, monkeypatch):
     for name, seed in (("one", 3), ("two", 4)):
         effects = {"elbow": {"viscous_damping": {"value": 2.5}}}

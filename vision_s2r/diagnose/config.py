@@ -60,8 +60,13 @@ class DiagnoseConfig:
     """Everything that `vision-s2r diagnose` reads."""
 
     recording: Any = option(None, "The recording's folder, or several: recording=[DIR,DIR].")
+    together: bool = option(
+        False,
+        "Of several recordings of one joint, or of one arm: one report, of what holds in all. What slow motion alone "
+        "shows, and what fast motion alone does, then has one simulator.",
+    )
     out: str = option("outputs/diagnosis", "Folder of the report; of several recordings, each gets a folder in it.")
-    jobs: int = option(2, "Processes for several recordings, threads for one.", low=1)
+    jobs: int = option(2, "Processes for several recordings, threads for one report.", low=1)
     backend: str = backend_option()
     seed: int = option(0, "Of the bootstrap; the same seed gives the same report, whatever the number of jobs.", low=0)
     quick: bool = option(

@@ -25,6 +25,7 @@ from vision_s2r.patch.patch import write_patch
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read, table
 from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.recording.joined import read_together
 from vision_s2r.recording.robot import is_robot, read_robot
 from vision_s2r.report import GapReport, figures, write_html
 from vision_s2r.report.drawing import Figures, png
@@ -193,11 +194,13 @@ def _library(effects: Iterable[E], withhold: Collection[str]) -> dict[str, E]:
 def diagnose_all(cfg: DiagnoseConfig) -> list[Path]:
     """Diagnose the recordings of cfg, each into its folder; returns the reports (HTML).
 
-    One recording is worked on by `cfg.jobs` threads and lands in `cfg.out`; of several, as many at a time, each lands
-    in a folder of `cfg.out` with its name.
+    One recording, or several together, is worked on by `cfg.jobs` threads and lands in `cfg.out`; of several, as many
+    at a time, each lands in a folder of `cfg.out` with its name.
     """
     check(cfg)
     given = folders(cfg.recording)
+    if cfg.together:
+        return [diagnose(read_together(given), cfg, cfg.jobs).save(cfg.out)]
     outs = outputs(cfg.out, given)
     processes, threads = (cfg.jobs, 1) if len(given) > 1 else (1, cfg.jobs)
     calls = ((*each, cfg, threads) for each in zip(given, outs, strict=True))

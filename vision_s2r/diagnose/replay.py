@@ -20,6 +20,7 @@ from vision_s2r.options import option, validate
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, Recording, read
 from vision_s2r.recording.folders import folders, outputs
+from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 FORMAT = "vision-s2r/replay/1"
@@ -42,6 +43,7 @@ class ReplayConfig:
     jobs: int = option(2, "Recordings at a time.", low=1)
     backend: str = parallel.backend_option()
     seed: int = option(0, "Of the noise in the pictures `after`; the same seed gives the same pictures.", low=0)
+    together: bool = option(False, "Whether they are one, as a diagnosis of several together has them.")
 
 
 ConfigStore.instance().store("replay_schema", node=ReplayConfig)
@@ -58,16 +60,17 @@ def replay_all(cfg: ReplayConfig) -> list[Path]:
         raise UserError("report is missing, expected report=FILE, the report.json of a diagnosis")
     validate(cfg)
     report = read_report(cfg.report)
-    outs = outputs(cfg.out, given)
-    calls = ((*each, report, cfg.seed) for each in zip(given, outs, strict=True))
-    done = parallel.run(_replay_into, calls, min(cfg.jobs, len(given)), cfg.backend)
-    return list(tracked(done, len(given), "recordings"))
+    of_one = [given] if cfg.together else [[folder] for folder in given]
+    outs = [Path(cfg.out)] if cfg.together else outputs(cfg.out, given)
+    calls = ((*each, report, cfg.seed) for each in zip(of_one, outs, strict=True))
+    done = parallel.run(_replay_into, calls, min(cfg.jobs, len(of_one)), cfg.backend)
+    return list(tracked(done, len(of_one), "recordings"))
 
 
-def _replay_into(folder: Path, out: Path, report: Mapping[str, Any], seed: int) -> Path:
-    recording = read(folder, hold_out=False)
+def _replay_into(given: Sequence[Path], out: Path, report: Mapping[str, Any], seed: int) -> Path:
+    recording = read(given[0], hold_out=False) if len(given) == 1 else read_together(given, hold_out=False)
     if recording.kind != report["kind"]:
-        raise UserError(f"{folder}: a recording of a {recording.kind}, but the report is of a {report['kind']}")
+        raise UserError(f"{given[0]}: a recording of a {recording.kind}, but the report is of a {report['kind']}")
     result = replay(recording, values(diagnosed(report)), out, seed, report.get("held_out"))
     return write(out / "replay.json", json.dumps(result, indent=1, allow_nan=False) + "\n")
 

@@ -12,6 +12,7 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.hardware.machines import MachineRecordings
 from vision_s2r.hardware.tables import named
 from vision_s2r.recording import ArmRecording, read
+from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 
@@ -20,13 +21,16 @@ def is_arm(machine: MachineRecordings) -> bool:
     return all(isinstance(read(path), ArmRecording) for path in machine.recordings.values())
 
 
-def measured_arm(machine: MachineRecordings, motion: str, folder: Path, jobs: int) -> dict[str, Any]:
-    """The diagnosis of one motion, and errors on all: its own on stretches held out, the others with nothing refitted.
+def measured_arm(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> dict[str, Any]:
+    """The diagnosis of one motion or of several together, and errors on all: of one, its own on stretches held out.
+
+    The others' are with nothing refitted; those of several together, too.
 
     A report that stands in the folder already, which takes a quarter of an hour, is not made again.
     """
     if not (folder / "report.json").exists():
-        diagnose(read(machine.recordings[motion]), DiagnoseConfig(), jobs).save(folder)
+        together = read_together([machine.recordings[motion] for motion in motions])
+        diagnose(together, DiagnoseConfig(), jobs).save(folder)
     report = read_report(folder / "report.json")
     effects = values(diagnosed(report))
     errors = {}
@@ -37,7 +41,8 @@ def measured_arm(machine: MachineRecordings, motion: str, folder: Path, jobs: in
         errors[name] = {"joints": found["joints"], "gap": found["gap"], "tip": found["gaps"].get("tip")}
     return {
         "machine": machine.name,
-        "motion": motion,
+        "motion": " + ".join(motions),
+        "from": list(motions),
         "verdict": report["verdict"],
         "effects": [
             {key: each.get(key) for key in ("name", "joint", "share", "parameters")} for each in report["effects"]
@@ -58,14 +63,15 @@ def arm_table(measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             [
                 each["motion"],
                 f"{each['verdict'].replace('_', ' ')}: {names or 'no name'}",
-                *(_cell(each["errors"][name], name == each["motion"]) for name in motions),
-                _mean([error for name, error in each["errors"].items() if name != each["motion"]]),
+                *(_cell(each["errors"][name], name in each["from"]) for name in motions),
+                _mean([error for name, error in each["errors"].items() if name not in each["from"]]),
             ]
         )
     return {
         "command": "vision-s2r hardware path=DIR",
         "source": "root mean square in a free run of the whole arm, of all joints, mrad, and of the tip, mm: believed "
-        "→ diagnosed; the motion diagnosed itself (*) on stretches that no fit has seen, others with nothing refitted",
+        "→ diagnosed; what was diagnosed itself (*) on stretches that no fit has seen, or, where several motions were "
+        "together, as fitted to these; others with nothing refitted",
         "columns": ["from", "diagnosis", *motions, "mean of the others"],
         "rows": rows,
     }

@@ -19,6 +19,9 @@ class HardwareConfig:
         "outputs/hardware", "Folder of recordings/, reports/ and tables; what is measured there is not measured again."
     )
     only: list[str] = option([], "Measure now only what has one of these in its name (so101/Wrist_Roll); empty: all.")
+    together: list[str] = option(
+        [], "Motions to diagnose as one, [multisine,prbs_excitation], of each machine that has them; empty: each alone."
+    )
     diagnose: bool = option(
         True, "Diagnose each; false: only identify joints' nominal values, in seconds, and try them on the others."
     )
@@ -30,6 +33,8 @@ def check(cfg: HardwareConfig) -> None:
     validate(cfg)
     if not cfg.path:
         raise UserError("path is missing, expected path=DIR, a folder of logs")
+    if cfg.together and not cfg.diagnose:
+        raise UserError("together asks for diagnoses, but diagnose is false")
 
 
 ConfigStore.instance().store("hardware_schema", node=HardwareConfig)

@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,6 +11,7 @@ import numpy as np
 
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.errors import UserError
 from vision_s2r.files import write
 from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
@@ -24,6 +25,7 @@ from vision_s2r.hardware.tables import friction_table, identified_table, table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
+from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 T = TypeVar("T")
@@ -39,27 +41,37 @@ def study(cfg: HardwareConfig) -> list[Path]:
     check(cfg)
     out = Path(cfg.out)
     found = machines(Path(cfg.path), out / "recordings")
-    wanted = [
-        (machine, motion)
-        for machine in found
-        for motion in machine.recordings
-        if not cfg.only or any(each in f"{machine.name}/{motion}" for each in cfg.only)
-    ]
-    for machine, motion in tracked(wanted, len(wanted), "recordings"):
-        folder = out / "reports" / machine.name / motion.replace(" ", "_")
+    wanted = _wanted(found, cfg)
+    for machine, motions in tracked(wanted, len(wanted), "recordings"):
+        folder = out / "reports" / machine.name / "+".join(motions).replace(" ", "_")
         if is_arm(machine):
             if cfg.diagnose and not (folder / ARM).exists():
-                _write(folder / ARM, measured_arm(machine, motion, folder, cfg.jobs))
+                _write(folder / ARM, measured_arm(machine, motions, folder, cfg.jobs))
             continue
         if not cfg.diagnose:
             if not (folder / IDENTIFIED).exists():
-                _write(folder / IDENTIFIED, _identified(machine, motion))
+                _write(folder / IDENTIFIED, _identified(machine, motions[0]))
             continue
         if not (folder / "measured.json").exists():
-            _write(folder / "measured.json", _measured(machine, motion, folder, cfg.jobs))
+            _write(folder / "measured.json", _measured(machine, motions, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
-            _write(folder / "left_out.json", _left_out(machine.recordings[motion], folder, cfg.jobs))
+            _write(folder / "left_out.json", _left_out(machine.recordings[motions[0]], folder, cfg.jobs))
     return _tables(found, out)
+
+
+def _wanted(found: list[MachineRecordings], cfg: HardwareConfig) -> list[tuple[MachineRecordings, tuple[str, ...]]]:
+    """Machines, and the motions to diagnose: each alone, or those together that the configuration has."""
+    wanted = []
+    for machine in found:
+        alone = [(motion,) for motion in machine.recordings]
+        together = [tuple(cfg.together)] if set(cfg.together) <= machine.recordings.keys() else []
+        for motions in together if cfg.together else alone:
+            if not cfg.only or any(each in f"{machine.name}/{'+'.join(motions)}" for each in cfg.only):
+                wanted.append((machine, motions))
+    if cfg.together and not wanted:
+        known = sorted({motion for machine in found for motion in machine.recordings})
+        raise UserError(f"together: no machine has all of {', '.join(cfg.together)}; there are {', '.join(known)}")
+    return wanted
 
 
 def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
@@ -90,9 +102,9 @@ def _write(path: Path, content: dict[str, Any]) -> None:
     write(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
-def _measured(machine: MachineRecordings, motion: str, folder: Path, jobs: int) -> dict[str, Any]:
-    """The diagnosis of one recording, and errors on the others."""
-    recording = read(machine.recordings[motion])
+def _measured(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> dict[str, Any]:
+    """The diagnosis of one recording, or of several together, and errors on the others."""
+    recording = read_together([machine.recordings[motion] for motion in motions])
     assert isinstance(recording, JointRecording)
     started = time.process_time()
     diagnosis = diagnose(recording, DiagnoseConfig(), jobs)
@@ -104,10 +116,10 @@ def _measured(machine: MachineRecordings, motion: str, folder: Path, jobs: int) 
         "identified": diagnosis.settled.found.refitted.hypothesis.values,
         "diagnosed": values(diagnosed(report)),
     }
-    others = {name: read(each) for name, each in machine.recordings.items() if name != motion}
+    others = {name: read(each) for name, each in machine.recordings.items() if name not in motions}
     return {
         "machine": machine.name,
-        "motion": motion,
+        "motion": " + ".join(motions),
         "rows": int(recording.lengths.sum()),
         "verdict": report["verdict"],
         "effects": [{key: each[key] for key in ("name", "share", "ci", "parameters")} for each in report["effects"]],

@@ -1,27 +1,32 @@
-"""Several recordings of one joint as one."""
+"""Several recordings of one joint, or of one arm, as one."""
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
 from vision_s2r.errors import UserError
-from vision_s2r.recording.data import JointRecording
+from vision_s2r.recording.data import ArmRecording, JointRecording
 from vision_s2r.recording.joint import CONTROL, NOMINAL
+from vision_s2r.recording.read import read
 
 OPTIONAL = ("velocity", "times", "supply", "external", "load_inertia")  # which all have, or none
+
+ALIKE = 1e-3  # relative: clocks of two runs at one rate, which each recording's mean step shows
 
 
 def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     """The episodes of recordings of one joint, numbered from 0 in the order given.
 
-    Raises UserError where they are not of one simulator, sampled alike, with the same columns.
+    Where times are even, the first recording's step is taken for all. Raises UserError where they are not of one
+    simulator, sampled alike, with the same columns.
     """
     first = recordings[0]
     for other in recordings[1:]:
         for (name, one), two in zip(_simulator(first).items(), _simulator(other).values(), strict=True):
-            if one != two:
+            if one != two and not (name == "sample_time" and abs(two / one - 1) < ALIKE):
                 raise UserError(
                     f"recordings differ in {name}, {one} and {two}: expected recordings of one joint, alike"
                 )
@@ -54,6 +59,38 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
         left_out={name: why for each in recordings for name, why in each.left_out.items()},
         **given,
     )
+
+
+def read_together(folders: Sequence[Path], hold_out: bool = True) -> JointRecording | ArmRecording:
+    """The recordings in these folders as one, of one joint or of one arm, which share all that a simulator has.
+
+    Raises UserError as `read` and `joined` do, and where they are of another kind.
+    """
+    recordings = [read(folder, hold_out) for folder in folders]
+    if all(isinstance(each, JointRecording) for each in recordings):
+        return replace(joined(cast(list[JointRecording], recordings)), source=None)
+    if all(isinstance(each, ArmRecording) for each in recordings):
+        return joined_arms(cast(list[ArmRecording], recordings))
+    kinds = ", ".join(each.kind for each in recordings)
+    raise UserError(f"together: recordings of kind {kinds}, expected all of one joint, or all of one arm")
+
+
+def joined_arms(recordings: Sequence[ArmRecording]) -> ArmRecording:
+    """As `joined`, of recordings of one arm. Raises UserError as it does, naming the joint."""
+    first = recordings[0]
+    for other in recordings[1:]:
+        if other.model.read_bytes() != first.model.read_bytes():
+            raise UserError(f"recordings differ in their model, {first.model} and {other.model}: expected one arm")
+        for name in ("modes", "hold", "tip"):
+            if (one := getattr(first, name)) != (two := getattr(other, name)):
+                raise UserError(f"recordings differ in {name}, {one} and {two}: expected recordings of one arm, alike")
+    joints = {}
+    for name in first.joints:
+        try:
+            joints[name] = replace(joined([each.joints[name] for each in recordings]), source=None)
+        except UserError as error:
+            raise UserError(f"joint {name}: {error}") from error
+    return replace(first, joints=joints)
 
 
 def _simulator(recording: JointRecording) -> dict[str, Any]:
