@@ -103,6 +103,8 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert diagnosis.case.simplify(diagnosis.case.refitted)[0] == frozenset(
         {"torque_constant", "inertia", "viscous_damping", "coulomb_friction", "bias_torque"}
     )  # the weight is what is known best
+    unweighed = open_case(replace(recording, nominal={**NOMINAL, "gravity_torque": 0.0}))
+    assert all("gravity_torque" in names for names in unweighed.simplify(unweighed.refitted))
     never_at_its_limit = replace(recording, nominal={**NOMINAL, "command_limit": 100.0})
     assert "one with the proportional gain" in open_case(never_at_its_limit).not_excited["torque_constant"]
     rivals = [diagnosis.settled.simulator.hypothesis, Hypothesis()]

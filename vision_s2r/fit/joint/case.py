@@ -320,7 +320,8 @@ class JointCase:
     def simplify(self, names: Names) -> Sequence[Names]:
         """A gain (a torque constant, or a servo's) for several nominal parameters that are scaled together."""
         gain = "proportional_gain" if "torque_constant" in self._apart else "torque_constant"
-        scaled = [name for name in SCALED if name in names]
+        # What is believed to be 0 stays 0 under any gain: nothing is known that a gain could keep.
+        scaled = [name for name in SCALED if name in names and getattr(self.track.nominal, name)]
         if gain not in self.library or len(scaled) < 2:
             return []
         # A gain scales them all: with it, one of them stays nominal and the others may differ.
