@@ -21,7 +21,7 @@ from vision_s2r.hardware.arms import arm_table, is_arm, measured_arm
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
-from vision_s2r.hardware.tables import friction_table, identified_table, table
+from vision_s2r.hardware.tables import friction_table, identified_table, table, together_table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
@@ -78,8 +78,11 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     experts = {machine.name: machine.expert for machine in found}
     files = sorted(each for each in out.glob("reports/**/measured.json"))
     done = {each.parent: measured for each in files if (measured := _read(each))["machine"] in experts}
-    tables = {"sensors": sensor_table(found)}
-    tables |= {"hardware": table(list(done.values()), experts)} if done else {}
+    tables: dict[str, Any] = {"sensors": sensor_table(found)}
+    alone = [each for each in done.values() if len(each["motions"]) == 1]
+    together = [each for each in done.values() if len(each["motions"]) > 1]
+    tables |= {"hardware": table(alone, experts)} if alone else {}
+    tables |= {"together": together_table(together, alone)} if together else {}
     if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
         tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
     if arms := [_read(each) for each in sorted(out.glob(f"reports/**/{ARM}"))]:
@@ -119,7 +122,7 @@ def _measured(machine: MachineRecordings, motions: Sequence[str], folder: Path, 
     others = {name: read(each) for name, each in machine.recordings.items() if name not in motions}
     return {
         "machine": machine.name,
-        "motion": " + ".join(motions),
+        "motions": list(motions),
         "rows": int(recording.lengths.sum()),
         "verdict": report["verdict"],
         "effects": [{key: each[key] for key in ("name", "share", "ci", "parameters")} for each in report["effects"]],

@@ -10,21 +10,21 @@ SOURCE = (
     "refitted; in free run, servos by position (mrad), others by velocity (mm/s or mrad/s); seconds of processor time"
 )
 
+SIMULATORS = ("believed", "identified", "diagnosed")
+
 
 def table(measured: Sequence[Mapping[str, Any]], experts: Mapping[str, str]) -> dict[str, Any]:
     """Every recording: what was named, and errors as the simulator came, with nominal values identified, and ours."""
     rows: list[list[Any]] = []
     for each in measured:
-        gap, others = each["gap"], list(each["others"].values())
+        gap = each["gap"]
         rows.append(
             [
-                f"{each['machine']}, {each['motion']}",
-                f"{each['verdict'].replace('_', ' ')}: {_names(each)}{_refitted(each)}",
+                f"{each['machine']}, {each['motions'][0]}",
+                _diagnosis(each),
                 experts[each["machine"]],
                 _three(1e3 * gap[key] for key in ("before", "refitted", "after")),
-                _three(1e3 * np.mean([o[key] for o in others]) for key in ("believed", "identified", "diagnosed"))
-                if others
-                else "–",
+                _by_simulator(each["others"]),
                 round(each["seconds"]),
             ]
         )
@@ -37,6 +37,42 @@ def table(measured: Sequence[Mapping[str, Any]], experts: Mapping[str, str]) -> 
             "an expert would say",
             "held out: believed / identified / diagnosed",
             "other recordings: the same",
+            "s",
+        ],
+        "rows": rows,
+    }
+
+
+def together_table(together: Sequence[Mapping[str, Any]], alone: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Motions diagnosed together: errors on those that they were not, beside what each of them alone leaves there."""
+    rows: list[list[Any]] = []
+    for each in together:
+        others = each["others"]
+        parts = [
+            f"{one['motions'][0]} {1e3 * np.mean([one['others'][name]['diagnosed'] for name in others]):.3g}"
+            for one in alone
+            if one["machine"] == each["machine"] and one["motions"][0] in each["motions"] and others
+        ]
+        rows.append(
+            [
+                each["machine"],
+                _diagnosis(each),
+                _three(1e3 * each["gap"][key] for key in ("before", "refitted", "after")),
+                _by_simulator(others),
+                "; ".join(parts) or "–",
+                round(each["seconds"]),
+            ]
+        )
+    motions = sorted({",".join(each["motions"]) for each in together})
+    return {
+        "command": " and ".join(f"vision-s2r hardware path=DIR 'together=[{each}]'" for each in motions),
+        "source": SOURCE,
+        "columns": [
+            "machine",
+            "diagnosis",
+            "held out: believed / identified / diagnosed",
+            "motions that it was not made from: the same",
+            "there, from one motion alone",
             "s",
         ],
         "rows": rows,
@@ -97,6 +133,17 @@ def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str
         "columns": ["model", *(f"log {k + 1}" for k in range(count)), "mean", "fitted to all of them", "s"],
         "rows": rows,
     }
+
+
+def _diagnosis(measured: Mapping[str, Any]) -> str:
+    return f"{measured['verdict'].replace('_', ' ')}: {_names(measured)}{_refitted(measured)}"
+
+
+def _by_simulator(others: Mapping[str, Mapping[str, float]]) -> str:
+    """Mean errors on other recordings, of the simulator as it came, identified and diagnosed."""
+    if not others:
+        return "–"
+    return _three(1e3 * np.mean([each[key] for each in others.values()]) for key in SIMULATORS)
 
 
 def _names(measured: Mapping[str, Any]) -> str:
