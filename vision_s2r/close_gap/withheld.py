@@ -188,7 +188,7 @@ def _toss(scene: SceneConfig, tosses: int, friction: float, rng: np.random.Gener
         radius=0.0,
         inertia=np.diag((half**2).sum() - half**2) / 3,
         size=float(half.min()),
-        first=tossing.tosses(points, 0.0, rng)[:tosses],
+        first=tossing.tosses(tosses, points, 0.0, rng),
         samples=120,
         sample_time=1 / 150,
         noise=(2e-4, 2e-3),
