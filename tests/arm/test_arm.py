@@ -68,6 +68,18 @@ def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
         assert np.sqrt(np.mean((alone[:, 0] - run.states[j, :, 0]) ** 2)) < apart
 
 
+def test_a_simulator_that_runs_away_is_infinitely_wrong():
+    runs = FreeRuns(an_arm())
+    assert np.isfinite(runs.error("elbow", {}))
+    springs = {}
+    for joint in NAMES:
+        springs[f"{joint}.compliance"] = {"stiffness": 113.0, "damping": 2.0}
+        springs[f"{joint}.inertia"] = {"value": 1e-9}
+        springs[f"{joint}.viscous_damping"] = {"value": 0.0}
+        springs[f"{joint}.derivative_gain"] = {"value": 2.3}
+    assert runs.error("elbow", springs) == np.inf
+
+
 def test_an_encoder_shows_its_own_steps():
     fine, coarse = (joint_row({"encoder_quantization": {"resolution": 0.05, "offset": each}}) for each in (0.0, 0.02))
     shown = simulate(the_bodies(), np.array([fine, coarse]), COMMAND, FIRST, T).states[:, 1:, 0]

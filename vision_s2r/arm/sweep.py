@@ -7,7 +7,6 @@ newest of the others (Gauss and Seidel): M is positive definite.
 """
 
 import inspect
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -94,7 +93,8 @@ def _agree(
     for j in range(joints):
         for k in range(joints):
             system[j, k] = 1.0 if j == k else slopes[j] * mass[j, k]
-    rates[:] = np.linalg.solve(system, found - slopes * (bias + loads))
+    known = found - slopes * (bias + loads)
+    rates[:] = np.linalg.solve(system, known) if np.isfinite(known).all() else found
 
 
 @compiled
@@ -149,7 +149,7 @@ def _advance(
             loads[j], found[j] = load, rate
             if sweep >= SECANTS:
                 rates[j] += ease * (rate - rates[j])
-        if change < AGREED or math.isnan(change):
+        if change < AGREED or not np.isfinite(found).all():
             rates[:] = found
             break
         if sweep < SECANTS:

@@ -17,7 +17,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose, open_case
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.base_tilt import BaseTiltForm
-from vision_s2r.fit.arm.free_run import FreeRuns, gap_errors
+from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.arm.whole import FoundWhole, WholeFit, WholeForm, sharpened
@@ -113,7 +113,7 @@ def _under(whole: FoundWhole | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: 
             made = problems(recording, motions(runs, likely), weight)
         parts[name] = diagnose(made.joints[name], own, jobs)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
-        near = min(likely, told, key=lambda each: _off(runs, name, each))
+        near = min(likely, told, key=lambda each: runs.error(name, each))
         if near != likely:
             made = problems(recording, motions(runs, near), weight)
     return SettledArm(whole, made, {name: parts[name] for name in recording.joints})
@@ -129,22 +129,16 @@ def _likely(
     """
     best, noise = dict(near), fast_noise(made.joints[joint].position)
     for _ in range(LOOKS):
-        if _off(runs, joint, best) < REMARKABLE * noise**2:
+        if runs.error(joint, best) < REMARKABLE * noise**2:
             break
         case = open_case(made.joints[joint], cfg.withhold)
         assert isinstance(case, JointCase)
         guess = best | made.of_arm(joint, case.likely.values)
-        if _off(runs, joint, guess) > NEARER * _off(runs, joint, best):
+        if runs.error(joint, guess) > NEARER * runs.error(joint, best):
             break
         best = guess
         made = problems(runs.recording, motions(runs, best), weight)
     return best
-
-
-def _off(runs: FreeRuns, joint: str, effects: Values) -> float:
-    """Mean squared error (rad² or m²) of a joint in a free run of the whole arm."""
-    errors = gap_errors(runs.recording, runs.states(effects))
-    return float(np.nanmean(errors[..., list(runs.recording.joints).index(joint)]))
 
 
 def _excess(joint: JointRecording) -> float:

@@ -84,6 +84,7 @@ def _check_velocity(recording: ContactRecording, path: Path) -> None:
 def _noise(rates: np.ndarray) -> float:
     """Standard deviation of rates [E, T, 3] that are differences of noisy poses, by the steps from each to the next."""
     steps = np.abs(np.diff(rates, axis=1))
+    # Of white noise in poses a rate has 2 parts of variance on each of three axes, a step to the next rate 6 on each.
     return float(np.sqrt(3 * 2 / 6) * np.nanmedian(steps) / norm.ppf(0.75))
 
 

@@ -47,8 +47,16 @@ class FreeRuns:
             states[: found.shape[1]] = found.transpose(1, 0, 2)
         return out
 
+    def error(self, joint: str, effects: Values) -> float:
+        """Mean squared error of a joint's position, rad² or m²; infinite where the simulation ran away."""
+        j = list(self.recording.joints).index(joint)
+        with np.errstate(over="ignore"):
+            errors = gap_errors(self.recording, self.states(effects))[..., j]
+        measured = np.isfinite(self.recording.position[..., j])
+        return float(np.where(np.isfinite(errors), errors, np.inf)[measured].mean())
+
     def held_out(self, held_out: Mapping[str, Any]) -> np.ndarray:
-        """The same, each stretch with parameters that have not seen it, as a report's `held_out` has them."""
+        """As `states`, each stretch with parameters that have not seen it, as a report's `held_out` has them."""
         out = self._nothing()
         for episode, first, end, fold in sorted(held_out["segments"], key=lambda segment: -segment[2]):
             e = self.recording.episodes.index(episode)
