@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from recordings import an_arm, played
 
-from vision_s2r.diagnose.arm import _likely, _off, diagnose_arm
+from vision_s2r.diagnose.arm import _likely, diagnose_arm
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.arm.free_run import FreeRuns, free_run
@@ -79,5 +79,5 @@ def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
     runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}, seconds=2.0))
     made = problems(runs.recording, motions(runs, {}), {})
     near = _likely(runs, made, "elbow", {}, {}, QUICK)
-    assert _off(runs, "elbow", {}) > 100 * 2e-4**2
-    assert _off(runs, "elbow", near) < 1.2 * 2e-4**2
+    assert runs.error("elbow", {}) > 100 * 2e-4**2
+    assert runs.error("elbow", near) < 1.2 * 2e-4**2
