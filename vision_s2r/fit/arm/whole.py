@@ -20,6 +20,7 @@ from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import free_run
 from vision_s2r.fit.joint.noise import memory
 from vision_s2r.fit.joint.track import fast_noise
+from vision_s2r.fit.joint.uncertainty import CLOCK
 from vision_s2r.recording import ArmRecording
 
 STRETCHES = 20  # that the intervals are made of
@@ -158,7 +159,14 @@ def sharpened(runs: FreeRuns, form: WholeForm, rough: RoughWhole) -> FoundWhole:
     left = residuals({form.name: form.values(point)})
     parameters = form.values(point)
     before, after = np.mean(residuals({}) ** 2, axis=1), np.mean(left**2, axis=1)
-    reach = norm.ppf(0.975) * _spread(rows, left, held, form.change(parameters))
+    change = form.change(parameters)
+    late = (
+        CLOCK * (np.gradient(recording.position, axis=1) / np.gradient(recording.any.time, axis=1)[..., None])[inside]
+    )
+    bias = change @ np.linalg.solve(
+        np.einsum("jni,jnk->ik", rows, rows) + held, np.einsum("jni,nj->i", rows, late / noise)
+    )
+    reach = norm.ppf(0.975) * _spread(rows, left, held, change) + np.abs(bias)
     ci = {name: (x - float(r), x + float(r)) for (name, x), r in zip(parameters.items(), reach, strict=True)}
     effective = left.shape[1] / np.array([_memory(recording, row, inside) for row in left])
     gone = np.log(np.maximum(before, 1.0) / np.maximum(after, 1.0))

@@ -27,6 +27,12 @@ class Observer:
         """What is predicted [E, T, channels]; NaN beyond an episode's end."""
         return self.track.observed[..., : self.channels]
 
+    def rates(self, episodes: Sequence[int]) -> np.ndarray:
+        """How fast what is predicted changes [E, T, channels]; beyond an episode's end 0."""
+        index = list(episodes)
+        rates = np.gradient(self.seen[index], axis=1) / np.gradient(self.track.time[index], axis=1)[..., None]
+        return np.nan_to_num(rates)
+
     def residuals(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
         """Measured less predicted [C, E, T, channels] of points [C, D]; beyond an episode's end 0."""
         measured = self.seen[list(episodes)]

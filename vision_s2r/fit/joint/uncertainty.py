@@ -22,6 +22,7 @@ FINER = 4  # times the integrator's steps, for what its step size does to parame
 # Both calibrated on simulated machines, so that 95 % of the intervals hold the truth: what the sandwich misses of the
 # residual's memory, and what another integrator makes of the same parameter, relative to it.
 WIDER, INTEGRATOR = 1.4, 5e-4
+CLOCK = 5e-5  # s, that the instants at which a servo's loop reads its target and its encoder are not known to
 AT_BOUND = 0.01  # of the range
 
 
@@ -34,7 +35,7 @@ class BlockScores:
     curvature: np.ndarray  # [B, D, D] of each block
     slope: np.ndarray  # [B, D]
     segment: np.ndarray  # [B]
-    bias: np.ndarray  # [D] that the integrator's step size causes, to first order
+    biases: np.ndarray  # [S, D] that the integrator's step size, and a servo's clock, cause, to first order
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -67,9 +68,12 @@ def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
         slope.append(-np.einsum("dsk,sk->d", part, (push * now)[block]))
     fine = Observer(track, observer.substeps * FINER, observer.noise)
     shift = fine.residuals(space, point[None], data.episodes)[0] - now
-    partial = BlockScores(space, point, np.array(curvature), np.array(slope), segment, np.zeros(space.size))
-    bias = partial.inverse @ np.einsum("detk,etk->d", jacobian, push * np.clip(shift, -np.sqrt(scale), np.sqrt(scale)))
-    return replace(partial, bias=bias)
+    shifts = [np.clip(shift, -np.sqrt(scale), np.sqrt(scale))]
+    if track.servo:
+        shifts.append(CLOCK * observer.rates(data.episodes))
+    partial = BlockScores(space, point, np.array(curvature), np.array(slope), segment, np.zeros((0, space.size)))
+    biases = np.einsum("detk,setk->sd", jacobian, push * np.array(shifts)) @ partial.inverse
+    return replace(partial, biases=biases)
 
 
 def blocks(segment: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +153,8 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     to_machine = _to_machine(space)
     plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
     quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
-    reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile + np.abs(to_machine @ of.bias)
+    reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile
+    reach += np.abs(of.biases @ to_machine.T).sum(axis=0)
     row = space.machines(of.point[None])[0]
     for k, c in enumerate(space.coordinates):
         reach[k] += INTEGRATOR * (1.0 if c.log else abs(row[c.column]))
