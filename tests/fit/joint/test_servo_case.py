@@ -118,6 +118,15 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert "not seen" not in other["described"] and other["gap"]["after"] > other["gap"]["before"]
 
 
+def test_an_interval_allows_for_an_encoder_that_is_read_some_microseconds_late():
+    recording = a_servo(50.0, {"latency": {"delay": 0.013}}, noise=1e-6)
+    late = recording.position + 4e-5 * np.gradient(recording.position, axis=1) / np.gradient(recording.time, axis=1)
+    case = open_case(replace(recording, position=late))
+    found = case.fit(case.refitted | {"latency"}, range(case.segments), None)
+    low, high = case.intervals(found)["latency"]["delay"]
+    assert low < 0.013 < high < 0.0134
+
+
 def test_a_drive_that_is_off_tells_the_motors_damping_from_friction():
     """And a simulation that runs away is no perfect fit."""
     truth = {"viscous_damping": {"value": 0.05}, "back_emf": {"value": 0.3}}
