@@ -3,7 +3,7 @@
 import numpy as np
 
 from tests.recordings import NOMINAL
-from vision_s2r.joint import NominalJoint, pack, simulate
+from vision_s2r.joint import NominalJoint, Tables, pack, simulate
 from vision_s2r.recording import JointRecording
 
 
@@ -18,10 +18,16 @@ def a_log(
     command: np.ndarray | None = None,
     noise: tuple[float, float] = (1e-4, 1e-3),
     seed: int = 0,
+    unknown: tuple[Tables, np.ndarray] | None = None,
 ) -> JointRecording:
-    """What sensors of this noise (rad, rad/s) show of the nominal joint with these effects, 100 times a second."""
+    """What sensors of this noise (rad, rad/s) show of the nominal joint with these effects, 100 times a second.
+
+    `unknown`: a torque that is none of them, its knots and its heights there (N·m).
+    """
     command = steps() if command is None else command
-    states = simulate(pack(NominalJoint(**NOMINAL), effects)[None], command, np.zeros((len(command), 2)), 0.01)[0]
+    tables, heights = unknown or (None, np.empty(0))
+    machine = np.append(pack(NominalJoint(**NOMINAL), effects), heights)[None]
+    states = simulate(machine, command, np.zeros((len(command), 2)), 0.01, tables=tables)[0]
     states = states + np.random.default_rng(seed).normal(size=states.shape) * noise
     return JointRecording(
         nominal=NOMINAL,

@@ -53,6 +53,10 @@ class SearchConfig:
         True, "Whether effects that only show in pairs are looked for where the floor is reached already."
     )
     unknowns: bool = option(False, "Whether something unknown is looked for there, too.")
+    known: bool = option(
+        False,
+        "Whether effects are looked for beside something unknown, too; they keep their names where nothing is left.",
+    )
 
 
 @dataclass
@@ -81,7 +85,7 @@ class DiagnoseConfig:
         "found is worth mending for a policy. Empty: it does not.",
     )
     policy: str = option("", "The row of these curves; empty: the first.")
-    joint: SearchConfig = option(SearchConfig, "The search for what a joint has.")
+    joint: SearchConfig = option(SearchConfig(known=True), "The search for what a joint has.")
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False), "The search for what a camera has."
     )

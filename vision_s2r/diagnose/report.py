@@ -7,7 +7,7 @@ import numpy as np
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
-from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, Simulator, is_slight
+from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, is_slight
 from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
@@ -34,7 +34,7 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, 
         "sources": _sources(case, settled),
         "where": where(case.samples(found.nominal.hypothesis), assessor.seed),
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
-        "refitted": [_refitted(case, simulator, name) for name in sorted(simulator.names - found.effects)],
+        "refitted": [_refitted(case, settled, name) for name in sorted(simulator.names - found.effects)],
         "withheld": sorted(settled.harmful),
         "candidates": _candidates(case, assessor, settled, equivalent, said),
         "alternatives": _alternatives(case, assessor, found),
@@ -105,7 +105,8 @@ def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict
         "source": case.library[name].source,
         **_share(settled.gap.share(settled.stated[name])),
         "evidence": _evidence(case, assessor, settled.found, name),
-        "parameters": _parameters(case, settled.simulator, name),
+        "parameters": _parameters(case, settled, name),
+        **({} if name in settled.simulator.names else {"patched": False}),
     }
 
 
@@ -115,18 +116,19 @@ def _named(name: str) -> dict[str, Any]:
     return {"name": effect, "label": int(label)} if dot else {"name": name}
 
 
-def _refitted(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
+def _refitted(case: Case, settled: Settled, name: str) -> dict[str, Any]:
     """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
     return {
         **_named(name),
         "source": case.library[name].source,
-        "parameters": _parameters(case, simulator, name),
+        "parameters": _parameters(case, settled, name),
     }
 
 
-def _parameters(case: Case, simulator: Simulator, name: str) -> dict[str, Any]:
-    values = simulator.hypothesis.values[name]
-    intervals = case.intervals(simulator.assessment.hypothesis)[name]
+def _parameters(case: Case, settled: Settled, name: str) -> dict[str, Any]:
+    hypothesis, fit = settled.source(name)
+    values = hypothesis.values[name]
+    intervals = case.intervals(fit)[name]
     return {
         p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
         for p in case.library[name].parameters

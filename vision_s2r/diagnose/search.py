@@ -7,6 +7,7 @@ from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
+TRIED = 4  # unknowns, or effects beside one, that are held out
 MUCH = 0.33  # of the gap: effects that leave no more do much work
 
 
@@ -49,6 +50,8 @@ class Search:
             named, resembles = self._challenge(named, base)
             final = self._restore(named)
         if contradicted := self._contradicted(final):
+            self._candidates = [name for name in self._candidates if name not in contradicted]
+            self._screened.clear()
             kept = assess.one(final.names - contradicted - self._discrepancies, final.hypothesis)
             named, resembles = self._challenge(kept, base)
             final = self._restore(named)
@@ -149,7 +152,7 @@ class Search:
         Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects. Also
         returns the unknowns that take something off.
         """
-        rival = self._beside(base)
+        rival = self._rival(base)
         if self._strong(named, rival, base):
             # Beside something flexible enough to do their work, their parameters would be anybody's guess.
             found, hints = named, self._extended(named, Names()).names
@@ -161,15 +164,34 @@ class Search:
             found = self._unmask(found)
         return found, hints & self._discrepancies
 
-    def _beside(self, found: Assessment) -> Assessment:
-        """With the likeliest flexible unknown that it has not; as it is where it has them all.
+    def _rival(self, base: Assessment) -> Assessment:
+        """The likeliest unknown; with the effects that show beside it, where nothing is left then."""
+        rival = grown = self._beside(base)
+        while known := self._known_beside(grown):
+            grown = known
+        return grown if self._assessor.adequate(grown) else rival
 
-        Twice as many as contenders of a size are held out: what is flexible likes what it was fitted to.
-        """
-        more = [(found.names | {each}, found.hypothesis) for each in sorted(self._discrepancies - found.names)]
-        scores = self._assessor.fit(more)
-        likely = sorted(more, key=lambda each: -scores[each[0]])[: 2 * self._cfg.contenders]
-        return max(self._assessor.assess(likely), key=lambda assessment: assessment.score, default=found)
+    def _beside(self, found: Assessment) -> Assessment:
+        """With the likeliest flexible unknown that it has not, of those that promise most; as it is without any."""
+        return self._likeliest(found, sorted(self._discrepancies - found.names))
+
+    def _likeliest(self, found: Assessment, names: list[str]) -> Assessment:
+        """With the likeliest on held-out data of these names, of which the most promising are tried."""
+        gains = self._case.screen(found.hypothesis, names)
+        promising = sorted(names, key=lambda name: -gains[name])[:TRIED]
+        more = self._assessor.assess((found.names | {name}, found.hypothesis) for name in promising)
+        return max(more, key=lambda assessment: assessment.score, default=found)
+
+    def _known_beside(self, found: Assessment) -> Assessment | None:
+        """With an effect beside the unknowns that were found, where one is worth its name there and is no stand-in."""
+        if not (self._cfg.known and found.names & self._discrepancies):
+            return None
+        if len(found.names & self._effects) >= self._cfg.most:
+            return None
+        more = self._likeliest(found, [name for name in self._candidates if name not in found.names])
+        added = more.names - found.names
+        stands_in = any(self._case.suspicious(more.hypothesis, name) for name in added)
+        return more if added and self._assessor.worth(more, found) and not stands_in else None
 
     def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
         """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names."""
@@ -177,17 +199,25 @@ class Search:
         return most and not self._assessor.adequate(named)
 
     def _simpler(self, rival: Assessment, named: Assessment, base: Assessment) -> bool:
-        """Whether the unknown alone is a better story than the named effects.
+        """Whether the unknown, and what shows beside it, is a better story than the named effects.
 
-        It has to be likelier; where these leave something, less so for every effect beyond the first.
+        It has to be likelier; where these leave something, less so for every effect, beyond one, that they have more.
         """
-        count = len(named.names) - len(base.names)
+        count = len(named.names & self._effects) - len(rival.names & self._effects)
         margin = self._cfg.evidence * (1 if self._assessor.adequate(named) else 2 - count)
         return self._assessor.gain(rival, named).nats > margin and self._assessor.better(rival, base)
 
     def _extended(self, found: Assessment, doubtful: Names) -> Assessment:
-        """With the unknowns that are needed where something is left, without doubtful names whose work they do."""
+        """With the unknowns that are needed where something is left, without doubtful names whose work they do.
+
+        An unknown has only what effects leave: what is known is looked for beside it before another is added, and keeps
+        its name where nothing is left in the end. Else it may do the work of what the unknown's form lacks.
+        """
+        before = found.names & self._effects
         while not self._explained(found):
+            if known := self._known_beside(found):
+                found = known
+                continue
             more = self._beside(found)
             if not (self._assessor.better(more, found) or self._assessor.shows(more, found)):
                 break
@@ -195,7 +225,8 @@ class Search:
             bare = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
             if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
                 return bare
-        return found
+        added = found.names & self._effects - before
+        return found if self._assessor.adequate(found) else self._assessor.one(found.names - added, found.hypothesis)
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""

@@ -15,7 +15,7 @@ from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
-from vision_s2r.statistics import lower_bound
+from vision_s2r.statistics import lower_bound, shapley
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
 SURE = 0.975  # of what an effect brings where something is left: the lower end of an interval of 95 %
@@ -23,6 +23,7 @@ LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not r
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
 LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
 NEEDED = 0.5  # … or more than noise is left without it, of which it closes this part; all must, beside guesses
+UNKNOWN = "?"  # one more among the names of a set
 WIDE = 10.0  # between the ends of its interval: a size that is known no better beside guesses and something unknown
 
 
@@ -49,26 +50,34 @@ class Settled:
     harmful: Names  # effects that would have been named, but make held-out data worse
     slight: Names  # … and those that are there, but close next to nothing of the gap
 
+    def source(self, name: str) -> tuple[Hypothesis, Hypothesis]:
+        """The hypothesis that has a name's values, and the fit that says how sure they are."""
+        if name in self.simulator.names:
+            return self.simulator.hypothesis, self.simulator.assessment.hypothesis
+        return self.found.final.hypothesis, self.found.final.hypothesis
+
 
 def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     """The simulator of a search's end, without names that do not matter or do harm."""
     slight: Names = frozenset()
     while True:
-        simulator = _simulator(case, assessor, found)
-        harmful = found.effects - simulator.names
+        firm = _firm(assessor, found)
+        simulator = _simulator(case, assessor, found, firm)
+        harmful = found.effects - simulator.names - firm
         found = replace(found, effects=found.effects - harmful)
-        if idle := _idle(case, assessor, found, simulator):
+        if idle := _idle(case, assessor, found, simulator, firm):
             found, slight = _without(assessor, found, idle), slight | {idle}
             continue
         refitted = held_out(case, assessor, found.refitted.folds)
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
         parts = closed(case, assessor, simulator.names, simulator.folds)
-        stated = {name: _stated(case, assessor, simulator, gap, parts, name) for name in found.effects}
+        parts |= (sure := _of_predictions(case, assessor, found, gap, firm))
+        stated = {name: _stated(case, assessor, simulator, gap, parts, name) for name in found.effects - firm} | sure
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if (is_slight(gap.share(stated[name])) and not _needed(assessor, found, name))
+            if (is_slight(gap.share(stated[name])) and (name in firm or not _needed(assessor, found, name)))
             or _of_noise(assessor, found, name, gap.share(stated[name]))
             or (_open(found) and case.guessed and not _known(case, found.final, name))
         ]
@@ -104,7 +113,40 @@ def _without(assessor: Assessor, found: Found, name: str) -> Found:
     return replace(found, effects=found.effects - {name}, final=final)
 
 
-def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator) -> str | None:
+def _firm(assessor: Assessor, found: Found) -> Names:
+    """Effects that are sure beside something unknown: with them predictions are all noise, without one they are not.
+
+    What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them.
+    """
+    if not (found.unknown and assessor.adequate(found.final)):
+        return frozenset()
+    return frozenset(name for name in found.effects if _needed(assessor, found, name))
+
+
+def _of_predictions(case: Case, assessor: Assessor, found: Found, gap: Gap, firm: Names) -> dict[str, np.ndarray]:
+    """The parts [segments] of the squared gap that are firm names': Shapley's, of what the search's predictions miss.
+
+    Beside the unknown, which has a part of its own; a free run has none of that.
+    """
+    if not firm:
+        return {}
+    final = found.final
+    rest = final.names - firm
+
+    def left(on: frozenset[str]) -> np.ndarray:
+        names = frozenset(on - {UNKNOWN}) | (rest if UNKNOWN in on else frozenset())
+        excess = np.empty(case.segments)
+        for held, fold in zip(assessor.folds, final.folds, strict=True):
+            excess[list(held)] = case.excess(reduced(fold, names, final.names), held)
+        return excess
+
+    players = [*sorted(firm), UNKNOWN]
+    parts = shapley(players, lambda on: -left(on))
+    scale = (gap.before - gap.floor).mean() / sum(part.mean() for part in parts.values())
+    return {name: scale * parts[name] for name in firm}
+
+
+def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names) -> str | None:
     """The effect that brings least, where something is left, of those without which the simulator does about as well.
 
     Without it nominal parameters and other effects are fitted once more. Stretches of one motion are alike, other
@@ -114,7 +156,7 @@ def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator) ->
         return None
     least = NEEDED if case.guessed else 1 - BETTER**2
     floor, idle = case.floor(range(case.segments)), {}
-    for name in sorted(found.effects - frozenset(case.certain) - case.refitted):
+    for name in sorted(found.effects - frozenset(case.certain) - case.refitted - firm):
         fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
         without = _of(case, assessor, fitted, fitted.names).error
         relief, rest = without - simulator.error, without - floor
@@ -174,20 +216,25 @@ def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> 
     return held_out(case, assessor, without) - simulator.error
 
 
-def _simulator(case: Case, assessor: Assessor, found: Found) -> Simulator:
+def _simulator(case: Case, assessor: Assessor, found: Found, firm: Names) -> Simulator:
     """What the named effects make of the simulator, or one that is merely identified, where that does as well.
 
-    The simulator as it came where nothing is to be mended, or all are worse.
+    Firm names are in it where it is better for them. The simulator as it came where nothing is to be mended, or all are
+    worse.
     """
     nominal = _of(case, assessor, found.nominal, frozenset())
     if not found.effects and assessor.adequate(found.nominal):
         return nominal
-    best = _of(case, assessor, found.final, found.final.names - found.unknown)
+    best = _of(case, assessor, found.final, found.final.names - found.unknown - firm)
     if _open(found):
+        effects = found.effects - firm
         identified = _identified(case, assessor, found)
-        anew = assessor.one(found.effects | found.identified.names, found.final.hypothesis)
+        anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
         best = _better(_of(case, assessor, anew, anew.names), best)
-        best = identified if found.effects <= frozenset(case.certain) else _better(identified, best)
+        best = identified if effects <= frozenset(case.certain) else _better(identified, best)
+        if firm:
+            firmly = _of(case, assessor, found.final, found.final.names - found.unknown)
+            best = firmly if firmly.error.mean() < best.error.mean() else best
     return best if best.error.mean() < nominal.error.mean() else nominal
 
 

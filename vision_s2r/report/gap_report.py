@@ -82,6 +82,7 @@ class FoundEffect:
     joint: str | None = None  # of an arm's effect
     label: int | None = None  # of an effect of one label
     label_name: str | None = None  # what the recording calls it
+    patched: bool | None = None  # False: sure beside something unknown, without which no free run is better for it
 
 
 @dataclass(frozen=True)

@@ -63,11 +63,12 @@ def read_report(path: Path | str) -> dict[str, Any]:
 def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
     """The simulator of a report: the effects that it names, and nominal parameters that are refitted beside them.
 
-    Raises UserError for names, values or a kind that cannot be.
+    Effects that are sure only beside something unknown (`patched` is false) are no part of it. Raises UserError for
+    names, values or a kind that cannot be.
     """
     effects = library(str(report.get("kind")))
     named: Diagnosed = {}
-    for each in [*_list(report, "effects"), *(_list(report, "refitted") if "refitted" in report else [])]:
+    for each in [*_patched(report), *(_list(report, "refitted") if "refitted" in report else [])]:
         effect = effects[str(each.get("name"))]
         given = each.get("parameters")
         if not isinstance(given, Mapping) or not all(isinstance(one, Mapping) for one in given.values()):
@@ -86,6 +87,10 @@ def diagnosed(report: Mapping[str, Any]) -> Diagnosed:
 def values(named: Diagnosed) -> dict[str, dict[str, float]]:
     """The values alone."""
     return {name: {key: one.value for key, one in given.items()} for name, given in named.items()}
+
+
+def _patched(report: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [each for each in _list(report, "effects") if each.get("patched") is not False]
 
 
 def _list(report: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:

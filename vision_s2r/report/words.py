@@ -25,11 +25,16 @@ def _verdict(report: Mapping[str, Any]) -> str:
             f"set of them explains.{hint}"
         )
     shrink = f"{percent(gap['shrink'])} ({interval_percent(gap['shrink_ci'])}) of what exceeds measurement noise"
-    text = f"{causes(report)} With that, the gap shrinks from {before} to {after}: {shrink}."
+    apart = [each["name"].replace("_", " ") for each in report["effects"] if each.get("patched") is False]
+    text = causes(report)
+    if len(apart) < len(report["effects"]):
+        text += f" With that, the gap shrinks from {before} to {after}: {shrink}."
     if report["verdict"] == "partly_explained":
         rest = report["unexplained"]
         hint = f", like {listed(rest['resembles'])}" if rest.get("resembles") else ""
         text += f" A rest of {percent(rest['share'])} is real and has another cause{hint}."
+    if apart:
+        text += f" No simulator without that cause is better for {listed(apart)}: not in the patch."
     return text + (f" {worth(report['policy'])}" if report.get("policy") else "")
 
 

@@ -16,8 +16,9 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.gapbench.generate import joint
 from vision_s2r.gapbench.generate.base import GeneratedMachine
-from vision_s2r.joint import DYNAMICS
+from vision_s2r.joint import DYNAMICS, Tables
 from vision_s2r.recording import read
+from vision_s2r.report.reading import diagnosed
 
 
 def generated(case: str, index: int, folder: Path) -> GeneratedMachine:
@@ -98,3 +99,31 @@ def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
     log = a_log({"torque_saturation": {"limit": limit}, "load_dependent_friction": {"coefficient": 0.1}}, command)
     report = diagnose(log, DiagnoseConfig())
     assert {effect.name for effect in report.effects} == {"torque_saturation", "load_dependent_friction"}
+
+
+def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_stays_out_of_the_patch(
+    tmp_path: Path,
+) -> None:
+    """Without the disturbance no free run is better for it, so that the simulator does without."""
+    time = np.linspace(0.0, 4.0, 81)
+    disturbance = Tables(time=(0.0, 4.0, len(time))), 0.1 * np.sin(2 * np.pi * 0.6 * time)
+    log = a_log({"cogging": {"amplitude": 0.05, "teeth": 7.0}}, steps(5, 400), (3e-4, 8e-3), unknown=disturbance)
+    report = diagnose(log, DiagnoseConfig())
+    (effect,) = report.effects
+    assert report.verdict == "partly_explained" and effect.name == "cogging" and not effect.patched
+    assert effect.parameters["amplitude"].value == pytest.approx(0.05, rel=0.03)
+    assert effect.ci[0] > 0.01 and report.gap.after <= report.gap.before
+    assert any("time since the start" in each for each in report.unexplained.resembles)
+    report.save(tmp_path / "report")
+    assert not (tmp_path / "report" / "patch").exists()
+    assert "cogging" not in diagnosed(json.loads((tmp_path / "report" / "report.json").read_text()))
+    assert "not in the patch" in (tmp_path / "report" / "report.html").read_text()
+
+
+def test_a_drive_that_fades_is_called_so_and_passes_for_no_effect() -> None:
+    command = steps(5, 600)
+    fading = 1 - 0.4 * (1 - np.exp(-0.01 * np.arange(600) / 1.5))
+    log = replace(a_log({}, command * fading), command=command)
+    report = diagnose(log, DiagnoseConfig())
+    assert report.verdict == "unexplained" and not report.effects
+    assert any("changes with the time" in each for each in report.unexplained.resembles)

@@ -231,10 +231,13 @@ class JointCase:
     def quieter(self, found: Hypothesis) -> "JointCase | None":
         """The same recording with the noise that this hypothesis leaves, where that is far less than was thought.
 
-        Where samples are few, motion that no first look explains is as fast as noise is.
+        Where samples are few, motion that no first look explains is as fast as noise is. And effects that a first look
+        takes for something unknown may be such as no integrator follows, whose errors were then allowed for.
         """
-        left = fast_variance(self._fitter.residuals(found, range(self.segments)), self.track.lengths)
-        return JointCase(self.recording, self.library, found) if (left < LOUDER * self.noise).any() else None
+        residuals = self._fitter.residuals(found, range(self.segments))
+        fast, squares = fast_variance(residuals, self.track.lengths), residuals[self.track.segment >= 0] ** 2
+        louder = (fast < LOUDER * self.noise) | (squares.mean(axis=0) < LOUDER * self._expected)
+        return JointCase(self.recording, self.library, found) if louder.any() else None
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""

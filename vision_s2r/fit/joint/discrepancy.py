@@ -1,7 +1,8 @@
 """Flexible unknowns: functions that no effect of the library is, so that combinations of effects need not mimic them.
 
-Some are torques over position, velocity or time, which the simulator adds. The others change what goes in or comes
-out: the command on its way to the motor, the state on its way to the recording.
+Some are torques over position, velocity or time, which the simulator adds. Some are the drive's gain, or dry friction,
+over such a variable, as measured. The others change what goes in or comes out: the command on its way to the motor, the
+state on its way to the recording.
 """
 
 from collections.abc import Callable
@@ -28,12 +29,18 @@ class Discrepancy:
     command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
     shown: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # and back, exactly
-    load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, by episode
+    load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, [E] or [E, T]
+    gain: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> factor [E, T] of the drive's torque
     zero: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> more position offset, by episode
     step: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "step", np.full(self.size, 0.01 * self.scale))
+
+    @property
+    def changes(self) -> bool:
+        """Whether it changes what goes into the simulator, or how the sensor shows what comes out."""
+        return any((self.command, self.measured, self.load, self.zero, self.gain))
 
 
 def _table(name: str, axis: str, low: float, high: float, count: int, torque: float) -> Discrepancy:
@@ -44,9 +51,15 @@ def _table(name: str, axis: str, low: float, high: float, count: int, torque: fl
 
 
 def _position(track: JointTrack, scales: JointScales) -> Discrepancy:
+    low, high, count = _places(track)
+    return _table("torque_of_position", "position", low, high, count, scales.peak_torque)
+
+
+def _places(track: JointTrack) -> tuple[float, float, int]:
+    """Knots over the positions that were reached: eight a turn, 10 to 20."""
     low, high = float(np.nanmin(track.position)), float(np.nanmax(track.position))
     turns = (high - low) / (2 * np.pi) if track.units == "rotary" else 1.0
-    return _table("torque_of_position", "position", low, high, int(np.clip(8 * turns, 10, 20)), scales.peak_torque)
+    return low, high, int(np.clip(8 * turns, 10, 20))
 
 
 def _velocity(track: JointTrack, scales: JointScales) -> Discrepancy:
@@ -55,21 +68,57 @@ def _velocity(track: JointTrack, scales: JointScales) -> Discrepancy:
 
 
 def _time(track: JointTrack, scales: JointScales) -> Discrepancy:
-    return _table("torque_of_time", "time", 0.0, scales.duration, 9, scales.peak_torque)
+    count = int(np.clip(scales.duration / MOMENT, GAIN_KNOTS, 65))
+    return _table("torque_of_time", "time", 0.0, scales.duration, count, scales.peak_torque)
 
 
+MOMENT = 0.125  # s between knots over time: a disturbance of one or two hertz has some in each period
 GAIN_KNOTS = 9
+COMMAND_KNOTS = 17  # closer together about 0, where drives are least proportional
+STILL = 0.05  # of the usual speed: dry friction turns around within about this
+
+
+def _of(name: str, axis: str) -> Callable[[JointTrack, JointScales], Discrepancy]:
+    """The drive's gain (`name` gain) or dry friction as a piecewise-linear function of what is measured."""
+
+    def build(track: JointTrack, scales: JointScales) -> Discrepancy:
+        value = np.nan_to_num(MEASURED[axis](track))
+        low, high, count = _places(track) if axis == "position" else (value.min(), value.max(), GAIN_KNOTS)
+        knots = np.linspace(low, max(high, low + 1e-9), count)
+        scale = 0.3 if name == "gain" else scales.peak_torque
+        bound = np.full(count, 0.9 if name == "gain" else 3 * scale)
+        called = (f"{name}_of_{axis}", count, scale, -bound, bound, np.full(count, 0.5 * scale))
+
+        def gain(heights: np.ndarray) -> np.ndarray:
+            return 1 + np.interp(value, knots, heights)
+
+        def load(heights: np.ndarray) -> np.ndarray:
+            direction = np.tanh(np.nan_to_num(track.observed[..., 1]) / (STILL * scales.speed))
+            return -direction * np.interp(value, knots, heights)
+
+        return Discrepancy(*called, gain=gain) if name == "gain" else Discrepancy(*called, load=load)
+
+    return build
+
+
+MEASURED: dict[str, Callable[[JointTrack], np.ndarray]] = {  # [E, T]
+    "position": lambda track: track.position,
+    "velocity": lambda track: track.observed[..., 1],
+    "time": lambda track: track.time - track.time[:, :1],
+    "power": lambda track: np.maximum(track.torque * track.observed[..., 1], 0.0),
+}
 
 
 def _gain(track: JointTrack, scales: JointScales) -> Discrepancy:
     peak = float(np.abs(track.command).max()) or 1.0
-    knots = np.linspace(-peak, peak, GAIN_KNOTS)
-    bound = np.full(GAIN_KNOTS, peak)
+    place = np.linspace(-1, 1, COMMAND_KNOTS)
+    knots = peak * place * np.abs(place)
+    bound = np.full(COMMAND_KNOTS, peak)
 
     def command(sent: np.ndarray, heights: np.ndarray) -> np.ndarray:
         return sent + np.interp(sent, knots, heights)
 
-    return Discrepancy("input_nonlinearity", GAIN_KNOTS, peak, -bound, bound, 0.5 * bound, command=command)
+    return Discrepancy("input_nonlinearity", COMMAND_KNOTS, peak, -bound, bound, 0.5 * bound, command=command)
 
 
 def _lag(track: JointTrack, scales: JointScales) -> Discrepancy:
@@ -162,6 +211,8 @@ DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "input_nonlinearity": _gain,
     "drive_lag": _lag,
     "sensor_nonlinearity": _sensor,
+    **{f"gain_of_{axis}": _of("gain", axis) for axis in MEASURED},
+    **{f"friction_of_{axis}": _of("friction", axis) for axis in ("position", "time")},
     OWN_BIAS: _own_bias,
     OWN_OFFSET: _own_offset,
 }
@@ -172,4 +223,10 @@ MEANINGS = {
     "input_nonlinearity": "a drive whose torque is not proportional to the command",
     "drive_lag": "a drive whose torque follows the command with a lag",
     "sensor_nonlinearity": "a sensor that shows positions distorted",
+    "gain_of_position": "a drive whose torque depends on position beside the command",
+    "gain_of_velocity": "a drive whose torque depends on velocity beside the command",
+    "gain_of_time": "a drive whose torque changes with the time since the start of an episode",
+    "gain_of_power": "a drive that gives less or more torque the more power it draws",
+    "friction_of_position": "a dry friction that depends on position",
+    "friction_of_time": "a dry friction that changes with the time since the start of an episode",
 }

@@ -5,14 +5,33 @@ is the error of predictions about thirty samples deep. A position servo needs no
 leads it back. A load that swings while the drive is off has only the observer.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision_s2r.fit.joint.discrepancy import Discrepancy
 from vision_s2r.fit.joint.space import INDEX, JointSpace
 from vision_s2r.fit.joint.track import JointTrack
 
 FAR = 1e100  # of a residual where a simulation runs away: its square is still a number
+
+
+@dataclass(frozen=True)
+class _Inputs:
+    """What goes into E episodes, and how the sensor shows what comes out."""
+
+    command: np.ndarray  # [E, N]
+    measured: np.ndarray  # [E, T, 2], true states as far as they are measured
+    sensor: tuple[tuple[Callable[[np.ndarray, np.ndarray], np.ndarray] | None, np.ndarray], ...] = ()
+    load: np.ndarray | None = None  # [E] or [E, T]
+    zero: np.ndarray | None = None  # [E]
+    gain: np.ndarray | None = None  # [E, T]
+
+    def of(self, rows: np.ndarray) -> "_Inputs":
+        """Of these episodes, all of one zero."""
+        load, gain = (None if each is None else each[rows] for each in (self.load, self.gain))
+        return _Inputs(self.command[rows], self.measured[rows], self.sensor, load, None, gain)
 
 
 class Observer:
@@ -56,67 +75,75 @@ class Observer:
         return states[0]
 
     def _runs(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
-        """States as the sensor shows them, of points that share command and measured states."""
+        """States as the sensor shows them, of points that share what goes in and comes out."""
         index = np.asarray(episodes)
         machines = space.machines(points)
-        for members, command, measured, sensor, load, zero in self._inputs(space, points, index):
-            states = self._simulated(space, machines[members], index, command, measured, load, zero)
-            for shown, coefficients in sensor:
+        for members, inputs in self._inputs(space, points, index):
+            states = self._simulated(space, machines[members], index, inputs)
+            for shown, coefficients in inputs.sensor:
                 states = shown(states, coefficients)
             yield members, states
 
-    def _simulated(
-        self,
-        space: JointSpace,
-        machines: np.ndarray,
-        index: np.ndarray,
-        command: np.ndarray,
-        measured: np.ndarray,
-        load: np.ndarray | None,
-        zero: np.ndarray | None,
-    ) -> np.ndarray:
+    def _simulated(self, space: JointSpace, machines: np.ndarray, index: np.ndarray, given: _Inputs) -> np.ndarray:
         """States [C, E, T, 2]; episodes whose encoder has another zero are run by themselves."""
         track = self.track
-        if zero is not None:
-            states = np.empty((len(machines), *measured.shape))
-            for more in np.unique(zero):
-                rows, moved = zero == more, machines.copy()
+        if given.zero is not None:
+            states = np.empty((len(machines), *given.measured.shape))
+            for more in np.unique(given.zero):
+                rows, moved = given.zero == more, machines.copy()
                 moved[:, INDEX["position_offset"]] += more
-                loaded = None if load is None else load[rows]
-                states[:, rows] = self._simulated(
-                    space, moved, index[rows], command[rows], measured[rows], loaded, None
-                )
+                states[:, rows] = self._simulated(space, moved, index[rows], given.of(rows))
             return states
         first = track.first[index]
         # Where an episode begins at rest, its velocity is no measurement.
-        first = np.where(first == track.observed[index, 0], measured[:, 0], first)
-        led = np.where(track.led[index][..., None], measured, np.nan) if track.leak else None
-        return track.inputs.run(machines, first, self.substeps, space.tables, index, command, led, track.leak, load)
+        first = np.where(first == track.observed[index, 0], given.measured[:, 0], first)
+        led = np.where(track.led[index][..., None], given.measured, np.nan) if track.leak else None
+        ran = machines, first, self.substeps, space.tables, index, given.command, led, track.leak, given.load
+        return track.inputs.run(*ran, given.gain)
 
     def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
-        """Points that share all of (members, command, measured, sensor, load, zero)."""
-        track = self.track
-        changing = [each for each in space.discrepancies if each.command or each.measured or each.load or each.zero]
+        """Points that share all of what goes in and comes out, and that."""
+        command, measured = self.track.inputs.command[index], self.track.observed[index]
+        changing = [each for each in space.discrepancies if each.changes]
         if not changing:
-            yield slice(None), track.inputs.command[index], track.observed[index], [], None, None
+            yield slice(None), _Inputs(command, measured)
             return
         parts = np.concatenate([space.part(points, discrepancy) for discrepancy in changing], axis=1)
         unique, group = np.unique(parts, axis=0, return_inverse=True)
         for k in range(len(unique)):
             members = np.flatnonzero(group.ravel() == k)
-            command, measured, sensor = track.inputs.command[index], track.observed[index], []
-            load = zero = None
+            given = _Inputs(command, measured)
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
-                if discrepancy.command:
-                    command = discrepancy.command(command, coefficients)
-                if discrepancy.load:
-                    load = discrepancy.load(coefficients)[index]
-                if discrepancy.zero:
-                    zero = discrepancy.zero(coefficients)[index]
-                if discrepancy.measured:
-                    measured = discrepancy.measured(measured, coefficients)
-                    sensor.append((discrepancy.shown, coefficients))
-                    if track.servo:  # its targets are what the sensor is to show
-                        command = discrepancy.measured(np.stack([command, command], axis=-1), coefficients)[..., 0]
-            yield members, command, measured, sensor, load, zero
+                given = self._changed(given, discrepancy, coefficients, index)
+            yield members, given
+
+    def _changed(self, given: _Inputs, by: Discrepancy, coefficients: np.ndarray, index: np.ndarray) -> _Inputs:
+        """What goes in and comes out, with a discrepancy more."""
+        if by.command:
+            given = replace(given, command=by.command(given.command, coefficients))
+        if by.gain:
+            gain = by.gain(coefficients)[index]
+            if self.track.servo:  # whose command is no torque
+                given = replace(given, gain=gain if given.gain is None else given.gain * gain)
+            else:
+                given = replace(given, command=given.command * gain)
+        if by.load:
+            load = by.load(coefficients)[index]
+            given = replace(given, load=load if given.load is None else _added(given.load, load))
+        if by.zero:
+            given = replace(given, zero=by.zero(coefficients)[index])
+        if by.measured:
+            measured = by.measured(given.measured, coefficients)
+            given = replace(given, measured=measured, sensor=(*given.sensor, (by.shown, coefficients)))
+            if self.track.servo:  # its targets are what the sensor is to show
+                targets = np.stack([given.command, given.command], axis=-1)
+                given = replace(given, command=by.measured(targets, coefficients)[..., 0])
+        return given
+
+
+def _added(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """The sum of loads, each [E] or [E, T]."""
+    if one.ndim == other.ndim:
+        return one + other
+    return one + other[:, None] if one.ndim > other.ndim else one[:, None] + other

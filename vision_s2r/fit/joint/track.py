@@ -66,15 +66,23 @@ class EpisodeInputs:
         observed: np.ndarray | None = None,
         leak: float = 0.0,
         load: np.ndarray | None = None,
+        gain: np.ndarray | None = None,
     ) -> np.ndarray:
         """States [C, E, T, 2] of machines in these episodes, under another command if one is given.
 
-        `load` [E] is a constant torque on the load, beside all others.
+        `load` is a torque on the load beside all others, `gain` a factor of the drive's torque; both are constant [E],
+        or of each row of the track [E, T].
         """
         external = None if self.external is None else self.external[episodes]
         inertia = None if self.load_inertia is None else self.load_inertia[episodes]
+        scale = None if self.scale is None else self.scale[episodes]
+        if gain is not None:
+            more = _spread(gain, self.command.shape[1], self.every)
+            scale = more if scale is None else scale * more
         if load is not None:
-            external = with_load(external, self.command[episodes] if inertia is None else inertia, load)
+            like = self.command[episodes] if inertia is None else inertia
+            load = load if load.ndim == 1 else _spread(load, self.command.shape[1], self.every)
+            external = with_load(external, like, load)
         if observed is not None and self.every > 1:
             kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
             observed[:, :: self.every] = kept
@@ -84,7 +92,7 @@ class EpisodeInputs:
             first,
             self.sample_time,
             times=None if self.times is None else self.times[episodes],
-            scale=None if self.scale is None else self.scale[episodes],
+            scale=scale,
             external=external,
             load_inertia=inertia,
             lengths=self.lengths[episodes],
@@ -188,8 +196,15 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
 
 
 def with_load(external: np.ndarray | None, like: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """External torques [E, N·S] with a constant `load` [E] more; where there are none, in the shape of `like`."""
-    return (np.zeros(like.shape) if external is None else external) + load[:, None]
+    """External torques [E, N·S] with `load` [E] or [E, N] more; where there are none, in the shape of `like`."""
+    external = np.zeros(like.shape) if external is None else external
+    load = load[:, None] if load.ndim == 1 else load
+    return external + (load if load.shape[1] == 1 else np.repeat(load, external.shape[1] // load.shape[1], axis=1))
+
+
+def _spread(values: np.ndarray, samples: int, every: int) -> np.ndarray:
+    """Values [E, T] of a track's rows as those of all samples [E, N]."""
+    return np.repeat(values, every, axis=1)[:, :samples]
 
 
 def led_by(track: JointTrack, predicted: np.ndarray) -> JointTrack:

@@ -46,7 +46,8 @@ class BlockScores:
     def inverse(self) -> np.ndarray:
         """Of the curvature of all blocks and the prior."""
         whole = self.curvature.sum(axis=0) + np.diag(self.stiffness)
-        scale = np.sqrt(np.diag(whole)) + 1e-300
+        scale = np.sqrt(np.diag(whole))
+        scale[scale < 1e-150] = 1.0  # what nothing shows, such as a knot that no sample is near
         return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None]
 
 
