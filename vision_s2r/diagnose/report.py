@@ -59,8 +59,8 @@ def verdict(assessor: Assessor, settled: Settled) -> str:
 
 def _beside_the_point(case: Case, settled: Settled) -> bool:
     """Whether nothing is named but what is certain, such as an encoder's steps, and that closes none of the gap."""
-    gap, names = settled.gap, settled.found.effects
-    return names <= frozenset(case.certain) and all(is_slight(gap.share(settled.stated[name])) for name in names)
+    names = settled.found.effects
+    return names <= frozenset(case.certain) and all(is_slight(settled.share(name)) for name in names)
 
 
 def _gap(case: Case, gap: Gap) -> dict[str, Any]:
@@ -103,7 +103,7 @@ def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict
     return {
         **_named(name),
         "source": case.library[name].source,
-        **_share(settled.gap.share(settled.stated[name])),
+        **_share(settled.share(name)),
         "evidence": _evidence(case, assessor, settled.found, name),
         "parameters": _parameters(case, settled, name),
         **({} if name in settled.simulator.names else {"patched": False}),

@@ -49,6 +49,11 @@ class Settled:
     stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
     harmful: Names  # effects that would have been named, but make held-out data worse
     slight: Names  # … and those that are there, but close next to nothing of the gap
+    firm: Names  # sure beside something unknown: what is stated of them is of predictions, each segment's alike
+
+    def share(self, name: str) -> Share:
+        """What is said of an effect's part of the gap, with its interval."""
+        return _share(self.gap, self.stated[name], name in self.firm)
 
     def source(self, name: str) -> tuple[Hypothesis, Hypothesis]:
         """The hypothesis that has a name's values, and the fit that says how sure they are."""
@@ -63,7 +68,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     while True:
         firm = _firm(assessor, found)
         simulator = _simulator(case, assessor, found, firm)
-        harmful = found.effects - simulator.names - firm
+        apart = frozenset(case.certain) - simulator.names - firm  # there, whether or not a free run is better for it
+        harmful = found.effects - simulator.names - firm - apart
         found = replace(found, effects=found.effects - harmful)
         if idle := _idle(case, assessor, found, simulator, firm):
             found, slight = _without(assessor, found, idle), slight | {idle}
@@ -71,14 +77,21 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         refitted = held_out(case, assessor, found.refitted.folds)
         before = held_out(case, assessor, found.nominal.folds)
         gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
-        parts = closed(case, assessor, simulator.names, simulator.folds)
-        parts |= (sure := _of_predictions(case, assessor, found, gap, firm))
-        stated = {name: _stated(case, assessor, simulator, gap, parts, name) for name in found.effects - firm} | sure
+        parts = dict.fromkeys(apart, np.zeros(case.segments))
+        parts |= closed(case, assessor, simulator.names, simulator.folds)
+        plain = found.effects - firm - apart
+        stated = parts | {name: _stated(case, assessor, simulator, gap, parts, name) for name in plain}
+        stated |= (sure := _of_predictions(case, assessor, found, firm))
+        parts |= {name: part * (gap.before - gap.floor) for name, part in sure.items()}
+
+        def needed(name: str, found: Found = found, firm: Names = firm) -> bool:
+            return name not in firm and _needed(assessor, found, name)
+
         weak = [
             name
             for name in sorted(found.effects - frozenset(case.certain))
-            if (is_slight(gap.share(stated[name])) and (name in firm or not _needed(assessor, found, name)))
-            or _of_noise(assessor, found, name, gap.share(stated[name]))
+            if (is_slight(share := _share(gap, stated[name], name in firm)) and not needed(name))
+            or _of_noise(assessor, found, name, share)
             or (_open(found) and case.guessed and not _known(case, found.final, name))
         ]
         if not weak:
@@ -86,7 +99,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             if causes:
                 found = replace(found, final=simulator.assessment, effects=found.effects | causes)
                 stated |= {name: parts[name] for name in causes}
-            return Settled(found, simulator, gap, parts, stated, harmful, slight)
+            return Settled(found, simulator, gap, parts, stated, harmful, slight, firm)
         least = min(weak, key=lambda name: float(parts[name].sum()))
         if least in case.refitted:  # a nominal parameter may stay as the data have it, without being named
             found = replace(found, effects=found.effects - {least})
@@ -123,10 +136,11 @@ def _firm(assessor: Assessor, found: Found) -> Names:
     return frozenset(name for name in found.effects if _needed(assessor, found, name))
 
 
-def _of_predictions(case: Case, assessor: Assessor, found: Found, gap: Gap, firm: Names) -> dict[str, np.ndarray]:
-    """The parts [segments] of the squared gap that are firm names': Shapley's, of what the search's predictions miss.
+def _of_predictions(case: Case, assessor: Assessor, found: Found, firm: Names) -> dict[str, np.ndarray]:
+    """The share [segments] that firm names have in what the search's predictions miss of each segment: Shapley's.
 
-    Beside the unknown, which has a part of its own; a free run has none of that.
+    Beside the unknown, which has a share of its own; a free run has none of that. A segment in which the unknown is
+    large does not drown the others.
     """
     if not firm:
         return {}
@@ -140,10 +154,14 @@ def _of_predictions(case: Case, assessor: Assessor, found: Found, gap: Gap, firm
             excess[list(held)] = case.excess(reduced(fold, names, final.names), held)
         return excess
 
-    players = [*sorted(firm), UNKNOWN]
-    parts = shapley(players, lambda on: -left(on))
-    scale = (gap.before - gap.floor).mean() / sum(part.mean() for part in parts.values())
-    return {name: scale * parts[name] for name in firm}
+    parts = shapley([*sorted(firm), UNKNOWN], lambda on: -left(on))
+    whole = np.maximum(sum(parts.values()), 1e-12)
+    return {name: np.clip(parts[name] / whole, 0.0, 1.0) for name in firm}
+
+
+def _share(gap: Gap, part: np.ndarray, alike: bool) -> Share:
+    """The share of the gap that a part [segments] is; or the mean of shares, of segments that are `alike`."""
+    return replace(gap, before=np.ones(len(part)), floor=np.zeros(len(part))).share(part) if alike else gap.share(part)
 
 
 def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names) -> str | None:

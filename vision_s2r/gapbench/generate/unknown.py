@@ -189,6 +189,39 @@ def _late_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], n
     return alter
 
 
+def _interpolation(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """An encoder interpolates badly between its lines: an error of each line's width, on position and rate [T, 2]."""
+    lines = float(rng.integers(24, 65))
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        angle = lines * shown[:, 0]
+        return np.stack(
+            [shown[:, 0] + 0.3 * x * np.sin(angle) / lines, shown[:, 1] * (1 + 0.3 * x * np.cos(angle))], axis=1
+        )
+
+    return alter
+
+
+def _coarse(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The drive knows few currents: commands [T] are rounded, to as little as five."""
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        step = 0.25 * x * np.ptp(command)
+        return np.round(command / step) * step
+
+    return alter
+
+
+def _one_sided(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """One half of the drive's bridge is weaker: commands [T] of one sign give less."""
+    sign = rng.choice([-1.0, 1.0])
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        return np.where(sign * command > 0, (1 - 0.6 * x) * command, command)
+
+    return alter
+
+
 @dataclass(frozen=True)
 class UnknownEffect:
     """An effect outside the vocabulary.
@@ -234,5 +267,8 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "contact_aging": UnknownEffect(_aging),
         "gear_runout": UnknownEffect(_runout),
         "late_brake": UnknownEffect(_brake),
+        "encoder_interpolation": UnknownEffect(sensor=_interpolation),
+        "coarse_commands": UnknownEffect(command=_coarse),
+        "one_sided_drive": UnknownEffect(command=_one_sided),
     },
 }
