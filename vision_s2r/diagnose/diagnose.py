@@ -57,8 +57,9 @@ class SavedDiagnosis(GapReport):
     def save(self, folder: Path | str) -> Path:
         """Write report.json, report.html, looks.png, patch/ and next_recording.csv, the commands to run next.
 
-        Of a camera it is next_recording.png, what to print and photograph. looks.png is the page's first figure: what
-        was recorded beside both simulators. The folder is whole or not there at all; returns the page's path.
+        Of a camera next_recording.png is what to print and photograph, the table its poses. looks.png is the page's
+        first figure: what was recorded beside both simulators. The folder is whole or not there at all; returns the
+        page's path.
 
         What was in the folder is gone. Raises UserError where it cannot be written.
         """

@@ -178,7 +178,17 @@ def test_rivals_are_told_apart_by_a_target_that_can_be_printed(tmp_path) -> None
     printed = cv2.imread(str(tmp_path / "next_recording.png"), cv2.IMREAD_UNCHANGED)
     assert printed.shape == (8 * SIZE, 8 * SIZE) and np.ptp(printed) > 150
     assert "next_recording.png" in found.sentence
+    poses = np.genfromtxt(tmp_path / "next_recording.csv", delimiter=",", names=True)
+    assert len(poses) == 16 and len(np.unique(poses[["x", "y", "z", "pitch", "yaw", "roll"]])) == 16
     assert case.experiment(rivals[:1], []).target is None
+
+
+def test_rivals_that_differ_off_the_middle_ask_for_a_target_that_reaches_there() -> None:
+    case = opened(recorded(lens_distortion={"k1": -0.3, "k2": 0.0}))
+    rivals = [Hypothesis({"lens_distortion": {"k1": k1, "k2": 0.0}}) for k1 in (-0.3, -0.2)]
+    asked = case.experiment(rivals, []).commands
+    middle = (asked["x"] == 0) & (asked["y"] == 0)
+    assert middle.mean() < 0.3
 
 
 def test_coordinates_of_every_effect_come_back() -> None:

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import torch
 
+from vision_s2r.fit.camera import poses as poses_of
 from vision_s2r.fit.camera.effect import NEEDS
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.case import Experiment, Hypothesis
@@ -20,17 +21,25 @@ def advise(study: Study, rivals: Sequence[Hypothesis], not_excited: Mapping[str,
     What can be printed comes with it.
     """
     sentences, asked = [], [name for need, name in _SHOWS.items() if NEEDS[need].lacking in not_excited.values()]
+    poses = _candidates(study)[: poses_of.POSES]
     if len(rivals) > 1:
-        name, difference = _most_telling(study, rivals)
+        name, poses, difference = _most_telling(study, rivals)
         asked = [name]
         sentences.append(
-            f"Photograph {name} (next_recording.png, printed so that it fills the picture) in 16 places: there the "
-            f"rivals differ by {difference:.1f} grey levels (root mean square)."
+            f"Photograph {name} (next_recording.png, printed) in the {len(poses)} poses of next_recording.csv: there "
+            f"the rivals differ by {difference:.1f} grey levels (root mean square)."
         )
     for reason in sorted(set(not_excited.values())):
         names = ", ".join(name for name, why in not_excited.items() if why == reason)
         sentences.append(f"To see {names}: {_REMEDIES[reason]}, 16 frames.")
-    return Experiment(" ".join(sentences), target=_printable(study, asked[0]) if asked else None)
+    if not asked:
+        return Experiment(" ".join(sentences))
+    return Experiment(" ".join(sentences), poses_of.table(poses), _printable(study, asked[0]))
+
+
+def _candidates(study: Study) -> np.ndarray:
+    """Poses [N, 6] in which a print may be held; it fills the picture at the first distance."""
+    return poses_of.candidates(float(study.pictures.intrinsics[0]) / study.pictures.sim.shape[-1])
 
 
 def _printable(study: Study, name: str) -> np.ndarray:
@@ -41,22 +50,25 @@ def _printable(study: Study, name: str) -> np.ndarray:
 
 
 @torch.inference_mode()
-def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, float]:
-    """The target on which the predictions of the first rival and of each other differ most, and by how much."""
+def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, np.ndarray, float]:
+    """The target, and the POSES [POSES, 6] of it, in which the first rival's predictions are furthest from others'.
+
+    And how far, from the nearest of them (grey levels, root mean square).
+    """
     found = {}
+    poses, channels = _candidates(study), study.pictures.sim.shape[1]
     for name, picture in targets(*study.pictures.sim.shape[1:]).items():
-        pictures = type(study.pictures)(
-            picture[None],
-            picture[None],
-            torch.ones_like(picture[:1])[None],
-            study.pictures.intrinsics,
-            study.pictures.encoding,
-            study.pictures.scale,
-        )
-        means = [pictures.predict(rival.values, [0]).mean for rival in rivals]
-        found[name] = min(float((mean - means[0]).square().mean().sqrt()) * 255 for mean in means[1:])
-    best = max(found, key=lambda name: found[name])
-    return best, found[best]
+        print_of, intrinsics = picture[0].numpy(), study.pictures.intrinsics.numpy()
+        views = torch.from_numpy(np.stack([poses_of.seen(print_of, pose, intrinsics) for pose in poses]))
+        views = views.float()[:, None].expand(-1, channels, -1, -1).contiguous()
+        about = study.pictures.intrinsics, study.pictures.encoding, study.pictures.scale
+        pictures = type(study.pictures)(views, views, torch.ones_like(views[:, :1]), *about)
+        means = [pictures.predict(rival.values, range(len(poses))).mean for rival in rivals]
+        squares = torch.stack([(mean - means[0]).square().mean((1, 2, 3)) for mean in means[1:]]).amin(0).numpy()
+        best = np.sort(np.argsort(-squares, kind="stable")[: poses_of.POSES])
+        found[name] = poses[best], float(np.sqrt(squares[best].mean())) * 255
+    name = max(found, key=lambda each: found[each][1])
+    return name, *found[name]
 
 
 def targets(channels: int, height: int, width: int) -> dict[str, torch.Tensor]:
