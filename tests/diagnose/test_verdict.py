@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vision_s2r.diagnose.report import verdict
+from vision_s2r.diagnose.simulator import Settled
 from vision_s2r.fit.gap import Gap
 
 
@@ -16,6 +17,7 @@ def test_an_encoders_steps_that_close_nothing_explain_no_part(share, said):
     gap = Gap(before, before, before * (1 - share), np.full(8, 1e-4), 0)
     name = "encoder_quantization"
     found = SimpleNamespace(effects=frozenset({name}), adequate=False, unknown=frozenset({"torque_of_position"}))
-    settled = SimpleNamespace(found=found, gap=gap, stated={name: before * share}, harmful=frozenset())
+    none = frozenset()
+    settled = Settled(found, SimpleNamespace(names=none), none, none, none, gap, {}, {name: before * share})
     case = SimpleNamespace(unsteady="", certain={name: 5000.0})
     assert verdict(SimpleNamespace(case=case), settled) == said

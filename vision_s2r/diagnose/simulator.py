@@ -44,12 +44,12 @@ class Settled:
 
     found: Found  # its effects are those that matter
     simulator: Simulator
-    gap: Gap
-    parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name of the simulator closes, by Shapley
-    stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
     harmful: Names  # effects that would have been named, but make held-out data worse
     slight: Names  # … and those that are there, but close next to nothing of the gap
     firm: Names  # sure beside something unknown: what is stated of them is of predictions, each segment's alike
+    gap: Gap
+    parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name closes, by Shapley
+    stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
 
     def share(self, name: str) -> Share:
         """What is said of an effect's part of the gap, with its interval."""
@@ -74,37 +74,53 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         if idle := _idle(case, assessor, found, simulator, firm):
             found, slight = _without(assessor, found, idle), slight | {idle}
             continue
-        refitted = held_out(case, assessor, found.refitted.folds)
-        before = held_out(case, assessor, found.nominal.folds)
-        gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
-        parts = dict.fromkeys(apart, np.zeros(case.segments))
-        parts |= closed(case, assessor, simulator.names, simulator.folds)
-        plain = found.effects - firm - apart
-        stated = parts | {name: _stated(case, assessor, simulator, gap, parts, name) for name in plain}
-        stated |= (sure := _of_predictions(case, assessor, found, firm))
-        parts |= {name: part * (gap.before - gap.floor) for name, part in sure.items()}
-
-        def needed(name: str, found: Found = found, firm: Names = firm) -> bool:
-            return name not in firm and _needed(assessor, found, name)
-
-        weak = [
-            name
-            for name in sorted(found.effects - frozenset(case.certain))
-            if (is_slight(share := _share(gap, stated[name], name in firm)) and not needed(name))
-            or _of_noise(assessor, found, name, share)
-            or (_open(found) and case.guessed and not _known(case, found.final, name))
-        ]
+        settled = Settled(
+            found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm, apart)
+        )
+        weak = _weak(case, assessor, settled)
         if not weak:
-            causes = _causes(case, simulator, gap, parts) - found.effects
-            if causes:
-                found = replace(found, final=simulator.assessment, effects=found.effects | causes)
-                stated |= {name: parts[name] for name in causes}
-            return Settled(found, simulator, gap, parts, stated, harmful, slight, firm)
-        least = min(weak, key=lambda name: float(parts[name].sum()))
+            return _with_causes(case, settled)
+        least = min(weak, key=lambda name: float(settled.parts[name].sum()))
         if least in case.refitted:  # a nominal parameter may stay as the data have it, without being named
             found = replace(found, effects=found.effects - {least})
         else:
             found, slight = _without(assessor, found, least), slight | {least}
+
+
+def _parts(
+    case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names, apart: Names
+) -> tuple[Gap, dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """The gap, whose it is, and what is said of that; names that are `apart` are in no free run."""
+    refitted, before = (held_out(case, assessor, each.folds) for each in (found.refitted, found.nominal))
+    gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
+    parts = dict.fromkeys(apart, np.zeros(case.segments)) | closed(case, assessor, simulator.names, simulator.folds)
+    plain = found.effects - firm - apart
+    sure = _of_predictions(case, assessor, found, firm)
+    stated = parts | {name: _stated(case, assessor, simulator, gap, parts, name) for name in plain} | sure
+    parts |= {name: part * (gap.before - gap.floor) for name, part in sure.items()}
+    return gap, parts, stated
+
+
+def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
+    """Names that close too little of the gap, are of noise, or of whose size nothing is known."""
+    found, weak = settled.found, []
+    for name in sorted(found.effects - frozenset(case.certain)):
+        share, firm = settled.share(name), name in settled.firm
+        little = is_slight(share) and (firm or not _needed(assessor, found, name))
+        vague = _open(found) and case.guessed and not _known(case, found.final, name)
+        if little or _of_noise(assessor, found, name, share) or vague:
+            weak.append(name)
+    return weak
+
+
+def _with_causes(case: Case, settled: Settled) -> Settled:
+    """With the guessed parameters that are causes."""
+    found, simulator = settled.found, settled.simulator
+    causes = _causes(case, simulator, settled.gap, settled.parts) - found.effects
+    if not causes:
+        return settled
+    found = replace(found, final=simulator.assessment, effects=found.effects | causes)
+    return replace(settled, found=found, stated=settled.stated | {name: settled.parts[name] for name in causes})
 
 
 def _causes(case: Case, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
