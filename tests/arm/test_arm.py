@@ -5,6 +5,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 import pybullet_data
+import pytest
 from recordings import DRIVE, TWO_LINKS, an_arm, joint_row
 from scipy.integrate import solve_ivp
 
@@ -29,11 +30,13 @@ def the_bodies(whole=None):
     return Bodies(ArmModel(TWO_LINKS), NAMES, {"turn": 0.3}, "tool", whole)
 
 
-def test_a_free_run_is_that_of_mujoco():
-    found = simulate(
-        the_bodies(), np.array([joint_row({"coulomb_friction": {"value": 0.0}})] * 2), COMMAND, FIRST, T
-    ).states
-    spec = ArmModel(TWO_LINKS).spec
+@pytest.mark.parametrize("spring", ["", 'stiffness="40" springref="0.6"'])
+def test_a_free_run_is_that_of_mujoco(tmp_path, spring):
+    path = tmp_path / "arm.xml"
+    path.write_text(TWO_LINKS.read_text().replace('name="elbow"', f'name="elbow" {spring}'))
+    bodies = Bodies(ArmModel(path), NAMES, {"turn": 0.3}, "tool")
+    found = simulate(bodies, np.array([joint_row({"coulomb_friction": {"value": 0.0}})] * 2), COMMAND, FIRST, T).states
+    spec = ArmModel(path).spec
     for actuator in list(spec.actuators):
         spec.delete(actuator)
     for joint in spec.joints:

@@ -2,6 +2,8 @@
 
 import json
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -9,10 +11,14 @@ import pytest
 from recordings import an_arm, played
 
 from vision_s2r.diagnose.arm import _likely, diagnose_arm
+from vision_s2r.diagnose.arm_report import commands
+from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.arm.free_run import FreeRuns, free_run
 from vision_s2r.fit.arm.problems import motions, problems
+from vision_s2r.fit.case import Experiment
+from vision_s2r.report.page import html
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 # A small search among a dozen effects: the search itself has tests of its own.
@@ -74,10 +80,37 @@ def test_a_tilted_base_is_found_over_all_joints_and_is_gravity_in_the_patch(tmp_
     assert high - low > 0.01
 
 
+def test_what_torque_columns_are_beside_the_simulator_is_said():
+    recording = an_arm()
+    law = {
+        name: np.clip(joint.nominal["proportional_gain"] * (joint.command - joint.position), -15, 15)
+        for name, joint in recording.joints.items()
+    }
+    logged = {"shoulder": 0.6 * law["shoulder"], "elbow": np.abs(law["elbow"])}
+    found = torques(FreeRuns(replace(recording, torque=logged)), {}, 0)
+    assert found["shoulder"]["of_law"]["factor"] == pytest.approx(0.6, abs=0.001)
+    assert found["shoulder"]["of_bodies"]["factor"] == pytest.approx(0.6, rel=0.03)
+    assert "0.6 times (0.6 to 0.6) what the drive's law gives" in found["shoulder"]["said"]
+    assert "never changes its sign" in found["elbow"]["said"]
+    assert torques(FreeRuns(recording), {}, 0) == {}
+    page = html(diagnose_arm(replace(recording, torque=logged), QUICK).to_dict(), {})
+    assert "torque.shoulder" in page and "a current without a sign?" in page
+
+
+def test_the_next_recording_stays_within_the_limits_of_the_joints():
+    recording = an_arm(seconds=1.0)
+    t = np.arange(100) * 0.01
+    asked = Experiment("", {"episode": 0 * t, "t": t, "target": 3.0 * np.sin(6 * t)})
+    parts = {name: SimpleNamespace(recording=each, experiment=asked) for name, each in recording.joints.items()}
+    table = commands(parts, recording)
+    assert list(table) == ["episode", "t", "command.shoulder", "command.elbow"] and table["episode"].max() == 1
+    assert np.abs(table["command.elbow"]).max() == 2.5
+
+
 def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
     """Loads are then sharp where commands step; by measured accelerations alone they are blurred, and no name fits."""
     runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}, seconds=2.0))
     made = problems(runs.recording, motions(runs, {}), {})
-    near = _likely(runs, made, "elbow", {}, {}, QUICK)
+    near = _likely(runs, made, "elbow", {}, {}, QUICK, 1)
     assert runs.error("elbow", {}) > 100 * 2e-4**2
     assert runs.error("elbow", near) < 1.2 * 2e-4**2

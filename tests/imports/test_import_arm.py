@@ -8,6 +8,7 @@ from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.errors import UserError
 from vision_s2r.imports.arm import place, write_arms
+from vision_s2r.imports.convert import Imported
 from vision_s2r.imports.table import ImportOptions, JointTable
 from vision_s2r.recording import read
 
@@ -27,6 +28,7 @@ def the_tables(position=POSITION, noise=0.0, sign=SIGN, zero=ZERO):
     for j, name in enumerate(sign):
         rows = {"target": target[:, j], "position": position[:, j]}
         columns = {key: sign[name] * (values - zero[name]) for key, values in rows.items()}
+        columns["velocity"] = np.gradient(columns["position"], 0.05)
         tables.append(JointTable(f"motion/{name}", {"episode": np.zeros(len(T)), "t": T} | columns, "sts3215"))
     return tables
 
@@ -38,6 +40,7 @@ def test_gravity_tells_the_sign_and_the_zero_of_a_joint(tmp_path):
     assert placed.explained > 0.8 and "other sign explains" in placed.why["elbow"]
     options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"}, tip="tool")
     ((folder, summary),) = write_arms(the_tables(), tmp_path / "arm", options)
+    assert "left out: velocity of shoulder, elbow: an arm's is" in str(Imported(folder, summary))
     recording = read(folder)
     assert (
         list(recording.joints) == ["shoulder", "elbow"] and recording.tip == "tool" and "−elbow" in summary["joints"][1]

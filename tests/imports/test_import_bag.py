@@ -109,6 +109,7 @@ def test_the_joints_of_a_bag_are_those_of_the_robots_model(tmp_path):
     assert sorted(arm.joints) == ["elbow", "shoulder"] and "by its name" in str(found)
     at = list(arm.joints).index("elbow")
     np.testing.assert_allclose(arm.position[0][:, at], 0.3 * np.sin(T), atol=1e-6)
+    assert (arm.torque["elbow"] == 0.5).all()  # what the driver says of its effort
 
 
 def test_what_a_bag_lacks_is_said_with_what_it_has(tmp_path):

@@ -5,6 +5,7 @@ import json
 import shutil
 
 import numpy as np
+import pandas
 import pytest
 from recordings import REAL
 
@@ -94,12 +95,49 @@ def test_any_table_is_read_by_the_names_of_its_columns(tmp_path):
     (found,) = import_recording("csv", tmp_path / "log.csv", tmp_path / "out", options)
     np.testing.assert_allclose(read(found.folder).position[0], POSITION, atol=1e-7)
     assert found.summary["left_out"] == {"spare": "not asked for"}
+    pandas.read_csv(tmp_path / "log.csv").to_parquet(tmp_path / "log.parquet")
+    (same,) = import_recording("csv", tmp_path / "log.parquet", tmp_path / "parquet", options)
+    np.testing.assert_array_equal(read(same.folder).position, read(found.folder).position)
     options.drive = ""
     with pytest.raises(UserError, match=r"nominal.inertia.*control.proportional is not known"):
         import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
     options.columns["position"] = "angel"
     with pytest.raises(UserError, match="no column 'angel', did you mean 'angle'"):
         import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
+
+
+@pytest.mark.parametrize(("version", "files"), [("v2.1", 2), ("v3.0", 1)])
+def test_a_data_set_of_lerobot_becomes_a_recording_a_joint(tmp_path, version, files):
+    """Version 2.1 has a file an episode, version 3 has many in one; angles are in degrees."""
+    names = ["shoulder_pan.pos", "gripper.pos"]
+    spelled = {"motors": names} if version == "v2.1" else names
+    features = {key: {"dtype": "float32", "names": spelled} for key in ("action", "observation.state")}
+    info = {"codebase_version": version, "fps": 50, "total_frames": 2 * len(T), "features": features}
+    goal, seen = (np.rad2deg(np.stack([each, 0.5 * each], axis=1)) for each in (GOAL, POSITION))
+    episodes = [
+        pandas.DataFrame(
+            {
+                "action": list(goal.astype(np.float32)),
+                "observation.state": list(seen.astype(np.float32)),
+                "timestamp": (T / 0.02).round() / 50,
+                "frame_index": np.arange(len(T)),
+                "episode_index": k,
+            }
+        )
+        for k in range(2)
+    ]
+    (tmp_path / "set" / "meta").mkdir(parents=True)
+    (tmp_path / "set" / "meta" / "info.json").write_text(json.dumps(info))
+    data = tmp_path / "set" / "data" / "chunk-000"
+    data.mkdir(parents=True)
+    for k, frame in enumerate(episodes if files == 2 else [pandas.concat(episodes)]):
+        frame.to_parquet(data / (f"episode_{k:06}.parquet" if files == 2 else f"file-{k:03}.parquet"))
+    found = import_recording("lerobot", tmp_path / "set", tmp_path / "out")
+    assert [each.folder.name for each in found] == ["shoulder_pan", "gripper"]
+    pan = read(found[0].folder)
+    assert len(pan) == 2 and pan.sample_time == pytest.approx(0.02)
+    np.testing.assert_allclose(pan.position[1], POSITION, atol=1e-6)
+    np.testing.assert_allclose(pan.command[1], GOAL, atol=1e-6)
 
 
 def test_what_cannot_be_imported_is_one_line(tmp_path):

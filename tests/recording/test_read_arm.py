@@ -1,10 +1,14 @@
 """Recordings of arms: what comes back, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
+import pandas
 import pytest
 from recordings import an_arm, edit, refused
 
 from vision_s2r.recording import read, split, write
+from vision_s2r.recording.joined import joined_arms
 
 
 @pytest.fixture
@@ -41,6 +45,30 @@ def test_velocity_and_torque_are_commands_too(folder):
     assert not shoulder.servo and shoulder.nominal["torque_constant"] == 60
     assert shoulder.nominal["viscous_damping"] == pytest.approx(61.0)
     assert not elbow.servo and elbow.nominal["torque_constant"] == 1
+
+
+def test_a_velocity_servo_that_asks_for_more_than_its_limit_is_said_to_have_none_in_the_simulator(folder):
+    edit(folder / "recording.yaml", ("command: position", "command: velocity"))
+    assert "asks for more than 15 in" in read(folder).left_out["torque_limit.shoulder"]
+    edit(folder / "recording.yaml", ("torque_limit: 15.0", "torque_limit: 1e6"))
+    assert not read(folder).left_out
+
+
+def test_a_table_in_parquet_is_the_same(folder):
+    csv = read(folder)
+    pandas.read_csv(folder / "arm.csv").to_parquet(folder / "arm.parquet")
+    (folder / "arm.csv").unlink()
+    np.testing.assert_array_equal(read(folder).position, csv.position)
+
+
+def test_torques_come_back_of_the_joints_that_logged_them(folder):
+    one = an_arm(seconds=2.0, episodes=2)
+    torque = {"elbow": np.arange(400.0).reshape(2, 200)}
+    again = read(write(replace(one, torque=torque), folder.parent / "logged"))
+    np.testing.assert_allclose(again.torque["elbow"], torque["elbow"])
+    assert list(again.torque) == ["elbow"] and len(split(again, [1]).torque["elbow"]) == 1
+    both = joined_arms([split(again, [0]), again]).torque["elbow"]
+    assert both.shape == (3, 200) and (both[0] == both[1]).all()
 
 
 @pytest.mark.parametrize(

@@ -43,13 +43,14 @@ class Bodies:
         self._model.dof_armature[:] = 0.0  # the rotor's is the drive's
         at = np.array([self._model.joint(name).qposadr[0] for name in joints])
         degree = np.array([self._model.joint(name).dofadr[0] for name in joints])
+        springs = (np.array([self._model.joint(name).stiffness[0] for name in joints]), self._model.qpos_spring[at])
         every = self._model.nv
-        views = (self._data.qpos, self._data.qvel, at, degree, np.zeros((every, every)), np.zeros(every))
+        views = (self._data.qpos, self._data.qvel, at, degree, *springs, np.zeros((every, every)), np.zeros(every))
         self.rigid = rigid.Rigid(self._model._address, self._data._address, *views)  # of what this object keeps
         self._tip = _tip(self._model, tip)
 
     def terms(self, position: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), at positions and velocities [J]."""
+        """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), springs included, at positions and velocities [J]."""
         mass, bias = np.empty((len(position), len(position))), np.empty(len(position))
         rigid.evaluate(self.rigid, _plain(position), _plain(velocity), mass, bias)
         return mass, bias

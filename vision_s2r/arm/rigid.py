@@ -36,13 +36,18 @@ class Rigid(NamedTuple):
     velocities: np.ndarray
     at: np.ndarray  # [J] where these joints' positions are
     degree: np.ndarray  # [J] and their velocities
+    stiffness: np.ndarray  # [J] N·m/rad (N/m) of the model's own springs at these joints
+    untwisted: np.ndarray  # [J] rad (m) at which these do nothing
     mass: np.ndarray  # [V, V] of all degrees of freedom: scratch
     bias: np.ndarray  # [V]
 
 
 @compiled
 def terms(bodies: Rigid, position: np.ndarray, velocity: np.ndarray, mass: np.ndarray, bias: np.ndarray) -> None:
-    """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), at positions and velocities [J], into `mass` and `bias`."""
+    """M [J, J] (kg·m²) without rotors, and c + g [J] (N·m), at positions and velocities [J], into `mass` and `bias`.
+
+    What the model's own springs pull is part of g.
+    """
     joints = len(position)
     for j in range(joints):
         bodies.positions[bodies.at[j]] = position[j]
@@ -55,7 +60,7 @@ def terms(bodies: Rigid, position: np.ndarray, velocity: np.ndarray, mass: np.nd
     _mj_rne(model, data, np.int32(0), bodies.bias.ctypes.data)
     _mj_full_m(model, data, bodies.mass.ctypes.data)
     for j in range(joints):
-        bias[j] = bodies.bias[bodies.degree[j]]
+        bias[j] = bodies.bias[bodies.degree[j]] + bodies.stiffness[j] * (position[j] - bodies.untwisted[j])
         for k in range(joints):
             mass[j, k] = bodies.mass[bodies.degree[j], bodies.degree[k]]
 

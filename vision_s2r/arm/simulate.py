@@ -65,9 +65,9 @@ def simulate(
 
 
 def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:
-    """A step in which no servo swings far."""
+    """A step in which no servo or spring swings far."""
     inertia = machines[:, _INERTIA] + np.diagonal(bodies.terms(first[:, 0], first[:, 1])[0])
-    fastest = float(np.sqrt(np.nan_to_num(machines[:, _GAIN]) / inertia).max())
+    fastest = float(np.sqrt((np.nan_to_num(machines[:, _GAIN]) + bodies.rigid.stiffness) / inertia).max())
     return STEP if fastest == 0 else float(np.clip(SWING / fastest, SHORTEST, STEP))
 
 

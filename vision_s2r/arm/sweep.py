@@ -46,7 +46,7 @@ _WIDTH = len(COLUMNS)
 
 
 @compiled
-def _log(command: np.ndarray, first: np.ndarray, step: float, times: np.ndarray) -> JointLog:
+def log_of(command: np.ndarray, first: np.ndarray, step: float, times: np.ndarray) -> JointLog:
     """A joint's commands; nothing is observed, and all else is the arm's."""
     none, ends = pointer(times), (first[0], first[1])
     inputs = (pointer(times), (False, False, False), none, 1, none, none)
@@ -123,7 +123,7 @@ def _advance(
     given = np.empty((joints, 5))
     for j in range(joints):
         machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
-        log = _log(command[j], first[j], step, times)
+        log = log_of(command[j], first[j], step, times)
         cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1])
         acting, cursor = inputs_of(machine, log, cursor, time, step)
         rows[j, 0], rows[j, 1], points[j, 0], points[j, 1] = cursor
@@ -156,7 +156,7 @@ def _advance(
             _agree(mass, bias, slopes, loads, found, rates)
     following = row
     for j in range(joints):
-        log = _log(command[j], first[j], step, times)
+        log = log_of(command[j], first[j], step, times)
         ends = (before[j, 0], before[j, 1]), (after[j, 0], after[j, 1])
         following, _ = read_rows(log, row, time, step, ends[0], ends[1], pointer(out[j]))
     return following

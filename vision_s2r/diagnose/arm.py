@@ -66,7 +66,7 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
     least = {name: cfg.joint.relief * part.case.floor([0])[0] for name, part in settled.parts.items()}
     settled = replace(settled, idle=idle(runs, held_out(recording, settled), settled.named, least, cfg.seed))
     written = report(runs, settled, cfg)
-    experiment = Experiment(written["next_experiment"], commands(settled.parts))
+    experiment = Experiment(written["next_experiment"], commands(settled.parts, recording))
     return ArmDiagnosis.of(
         written, recording=recording, experiment=experiment, parts=settled.parts, found=settled.found
     )
@@ -108,7 +108,7 @@ def _under(whole: FoundWhole | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: 
     for _ in recording.joints:
         rest = {name: _excess(joint) for name, joint in made.joints.items() if name not in parts}
         name = max(rest, key=lambda each: rest[each])
-        likely = _likely(runs, made, name, near, weight, own)
+        likely = _likely(runs, made, name, near, weight, own, jobs)
         if likely != near:
             made = problems(recording, motions(runs, likely), weight)
         parts[name] = diagnose(made.joints[name], own, jobs)
@@ -120,7 +120,7 @@ def _under(whole: FoundWhole | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: 
 
 
 def _likely(
-    runs: FreeRuns, made: Problems, joint: str, near: Values, weight: Values, cfg: DiagnoseConfig
+    runs: FreeRuns, made: Problems, joint: str, near: Values, weight: Values, cfg: DiagnoseConfig, jobs: int
 ) -> dict[str, Mapping[str, float]]:
     """Effects with which the arm moves much as it did, those of this joint by a first look at its problem.
 
@@ -131,7 +131,7 @@ def _likely(
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
-        case = open_case(made.joints[joint], cfg.withhold)
+        case = open_case(made.joints[joint], cfg.withhold, jobs)
         assert isinstance(case, JointCase)
         guess = best | made.of_arm(joint, case.likely.values)
         if runs.error(joint, guess) > NEARER * runs.error(joint, best):

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, WHOLE
+from vision_s2r.arm.model import opened
+from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis
 from vision_s2r.diagnose.report import ALTERNATIVES
@@ -153,6 +155,7 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
         "next_experiment": _next(parts),
         "held_out": held,
         "left_out": recording.left_out,
+        "torques": torques(runs, settled.found, cfg.seed) or None,
         "joints": {
             name: {
                 "verdict": told.verdicts[name],
@@ -317,8 +320,11 @@ def _next(parts: Mapping[str, Mapping[str, Any]]) -> str:
     return " ".join(f"{', '.join(names)}: {wish}" for wish, names in wishes.items())
 
 
-def commands(parts: Mapping[str, Diagnosis]) -> dict[str, np.ndarray]:
-    """The experiments of all joints, one after the other, while the others are asked to stay."""
+def commands(parts: Mapping[str, Diagnosis], recording: ArmRecording) -> dict[str, np.ndarray]:
+    """The experiments of all joints, one after the other, while the others are asked to stay.
+
+    Goals are within the limits that the model has for a joint, wherever the log's own were.
+    """
     rest = {}
     for name, part in parts.items():
         assert isinstance(part.recording, JointRecording)
@@ -333,4 +339,7 @@ def commands(parts: Mapping[str, Diagnosis]) -> dict[str, np.ndarray]:
         for key, values in ({"episode": episode + count, "t": t} | held | {f"command.{name}": command}).items():
             columns.setdefault(key, []).append(values)
         count += int(episode[-1]) + 1
-    return {key: np.concatenate(values) for key, values in columns.items()}
+    found, known = {key: np.concatenate(values) for key, values in columns.items()}, opened(recording.model).joints
+    for name in (name for name in parts if found and recording.modes[name] == "position"):
+        found[f"command.{name}"] = found[f"command.{name}"].clip(known[name].low, known[name].high)
+    return found

@@ -4,6 +4,7 @@ import json
 import logging
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias, overload
 
@@ -129,7 +130,7 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
         of_arm: SavedDiagnosis = load("vision_s2r.diagnose.arm:diagnose_arm")(recording, cfg, jobs)  # imports MuJoCo
         return replace(of_arm, quick=True) if cfg.quick else of_arm
     recording = part_of(recording) if cfg.quick else recording
-    case: Any = open_case(recording, cfg.withhold)
+    case: Any = open_case(recording, cfg.withhold, jobs)
     limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
     limits = quickly(limits) if cfg.quick else limits
     assessor = Assessor(case, limits, jobs, cfg.seed)
@@ -171,10 +172,13 @@ def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled:
     }
 
 
-def open_case(recording: OfOneCase, withhold: Collection[str] = ()) -> Case:
-    """A recording beside its simulator, which does not know the withheld effects; no other kind is imported."""
+def open_case(recording: OfOneCase, withhold: Collection[str] = (), jobs: int = 1) -> Case:
+    """A recording beside its simulator, which does not know the withheld effects; no other kind is imported.
+
+    `jobs`: threads that a first look at a joint may take.
+    """
     if isinstance(recording, JointRecording):
-        opened = load("vision_s2r.fit.joint.case:JointCase")
+        opened = partial(load("vision_s2r.fit.joint.case:JointCase"), jobs=jobs)
     elif isinstance(recording, ContactRecording):
         opened = load("vision_s2r.fit.contact.case:ContactCase")
     else:

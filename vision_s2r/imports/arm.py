@@ -43,6 +43,7 @@ BEYOND = 0.05  # rad beyond a limit, that encoders may show
 MIRROR = "; its mirror image, all of these turned round, weighs the same"
 SURE = 1.3  # times as much of the errors' variance has to be left by what is likelier beforehand, to be given up
 FIRM = 0.2  # of that variance, that zeros other than the model's leave at most: below, weight is what one sees
+AS_POSITIONS = "an arm's is what its positions show"
 CLEAR = 0.05  # of the errors' variance that another sign must leave more, for a sign to be sure
 
 
@@ -174,6 +175,8 @@ def _write(
         drives[name] = {"command": "position", **{key: value for key, value in given.items() if value is not None}}
         for key, ours in (("target", "command"), ("position", "position")):
             columns[f"{ours}.{name}"] = placed.of_model(joint, table.columns[key])
+        if "effort" in table.columns:
+            columns[f"torque.{name}"] = placed.sign[joint] * table.columns["effort"]
     step = float(np.median(np.diff(columns["t"])))
     tip = {"tip": options.tip} if options.tip else {}
     head = {"format": FORMAT, "kind": "arm", "model": model.path.name, "sample_time": step, **tip, "joints": drives}
@@ -185,9 +188,20 @@ def _write(
         f"{placed.names[name]} is {signs[placed.sign[name]]}{name} {placed.zero[name]:+.3f} rad: {placed.why[name]}"
         for name in placed.names
     ]
-    summary = {"rows": len(columns["t"]), "explained": placed.explained, "joints": lines}
+    summary = {"rows": len(columns["t"]), "explained": placed.explained, "joints": lines, "left_out": _left_out(tables)}
     write(folder / "import.json", json.dumps(summary, indent=1, ensure_ascii=False) + "\n")
     return summary
+
+
+def _left_out(tables: Sequence[JointTable]) -> list[str]:
+    """What of the log is not in the recording, and why; joints of one reason together."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for table in tables:
+        given = {**table.left_out, **({"velocity": AS_POSITIONS} if "velocity" in table.columns else {})}
+        for key, why in given.items():
+            if not (key == "effort" and key in table.columns):  # which is there as a torque
+                said.setdefault((key, why), []).append(table.name.split("/")[-1])
+    return [f"{key} of {', '.join(names)}: {why}" for (key, why), names in said.items()]
 
 
 def _names(logged: list[str], model: ArmModel, given: Mapping[str, str]) -> dict[str, str]:

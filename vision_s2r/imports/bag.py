@@ -320,8 +320,11 @@ def _table(
         left_out["velocity"] = "it is 0 all along"
     else:
         columns["velocity"] = velocity
-    if np.isfinite(joint["effort"]).any():
+    effort = joint["effort"][rows]
+    if np.isfinite(effort).any():
         left_out["effort"] = "what the driver says of it is no command"
+    if np.isfinite(effort).all():
+        columns["effort"] = effort  # which an arm's recording has beside its motion
     notes = (f"commanded by {command.topic}", *notes)
     return JointTable(
         name.replace("/", "_"), columns, "", left_out=left_out, missing=tuple(missing), notes=notes, of_model=True

@@ -40,7 +40,8 @@ class Imported:
         """A few lines for people."""
         s = self.summary
         if "joints" in s:
-            return "\n".join([f"{self.folder}: {s['rows']} rows, an arm", *(f"  {line}" for line in s["joints"])])
+            lines = [f"{self.folder}: {s['rows']} rows, an arm", *(f"  {line}" for line in s["joints"])]
+            return "\n".join(lines + [f"  left out: {line}" for line in s["left_out"]])
         lines = [
             f"{self.folder}: {s['rows']} rows, {s['episodes']} episodes, {s['seconds']:.1f} s at {s['rate']:.4g} Hz "
             f"(steps {1e3 * s['steps'][0]:.3g} to {1e3 * s['steps'][1]:.3g} ms)",

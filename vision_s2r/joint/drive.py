@@ -186,8 +186,13 @@ def glides(
     machine: JointMachine, time: float, inertia: float, steps: tuple[float, float]
 ) -> tuple[tuple[Glide, Glide], tuple[Glide, Glide]]:
     """`glide` ahead and back at this time, in the steps of both segments of a sample."""
-    ahead, back = viscous(machine, 1.0, time), viscous(machine, -1.0, time)
-    return (
-        (glide(ahead, inertia, steps[0]), glide(back, inertia, steps[0])),
-        (glide(ahead, inertia, steps[1]), glide(back, inertia, steps[1])),
-    )
+    damping = viscous(machine, 1.0, time), viscous(machine, -1.0, time)
+    later = _both_ways(damping, inertia, steps[1])
+    return (later if steps[0] == steps[1] else _both_ways(damping, inertia, steps[0])), later
+
+
+@compiled
+def _both_ways(damping: tuple[float, float], inertia: float, step: float) -> tuple[Glide, Glide]:
+    """`glide` ahead and back; one, where they are the same: exponentials take long."""
+    ahead = glide(damping[0], inertia, step)
+    return ahead, (ahead if damping[0] == damping[1] else glide(damping[1], inertia, step))

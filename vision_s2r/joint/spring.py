@@ -20,13 +20,16 @@ PIECES = 16
 
 @compiled
 def spring_responses(machine: JointMachine, step: float, out: np.ndarray) -> None:
-    """What `spring_step` needs to know, into `out` [4, 4, 5]: the spring engaged and not, a whole step and a piece."""
+    """What `spring_step` needs to know, into `out` [4, 4, 5]: the spring engaged and not, a whole step and a piece.
+
+    Without play it is engaged all the time, and no step is taken in pieces: the others are left as they are.
+    """
     stiffness, damping = machine.compliance_stiffness, machine.compliance_damping
     believed, inertia = machine.viscous_damping, half(machine.inertia)
-    for k in range(2):
-        time = step / PIECES if k == 1 else step
-        spring_response(stiffness, damping, believed, inertia, time, out[2 * k])
-        spring_response(0.0, 0.0, believed, inertia, time, out[2 * k + 1])
+    for k in range(4 if machine.backlash_width > 0 else 1):
+        time = step / PIECES if k >= 2 else step
+        engaged = k % 2 == 0
+        spring_response(stiffness if engaged else 0.0, damping if engaged else 0.0, believed, inertia, time, out[k])
 
 
 @compiled

@@ -68,8 +68,11 @@ def sprung(machine: JointMachine) -> bool:
 @compiled
 def two_masses_responses(machine: JointMachine, steps: tuple[float, float], out: np.ndarray) -> None:
     """What the spring does in a step of either segment, into `out` RESPONSES."""
-    spring_responses(machine, steps[0], out[0])
     spring_responses(machine, steps[1], out[1])
+    if steps[0] == steps[1]:
+        out[0] = out[1]
+    else:
+        spring_responses(machine, steps[0], out[0])
 
 
 @compiled

@@ -26,8 +26,8 @@ ROTORLESS = 1e-9  # kg·m², of a rotor that weighs nothing
 DEGREES = 180 / math.pi
 BEYOND = 2.0  # times a joint's limit, that are no overshoot
 NEAR_DEGREES = 1.3  # a factor about DEGREES
+OFTEN = 0.01  # of the rows, in which a velocity servo asks for more than its limit
 FOLLOWS = 0.9  # correlation of a command with the position
-NO_USE = "the diagnosis goes by commands and motion"
 
 
 def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ArmRecording:
@@ -44,25 +44,36 @@ def read(folder: Path, content: Mapping[str, Any], hold_out: bool) -> ArmRecordi
     columns, lines, path = _columns(folder, list(given))
     _check_units(columns, known, drives, path)
     joints = {}
-    for name, (_, nominal) in drives.items():
+    for name, (mode, nominal, limit) in drives.items():
         seen = Path(f"{path}, joint {name}")  # for messages
         units = cast(Literal["rotary", "linear"], known[name].units)
         own = {key: columns[key] for key in ("episode", "t")}
         own |= {key: columns[f"{key}.{name}"] for key in QUANTITIES[:3] if f"{key}.{name}" in columns}
-        recording = joint.of_rows(nominal, sample_time, units, own, "command", lines, hold_out, seen)
-        joints[name] = _told(recording, f"torque.{name}" in columns)
+        joints[name] = joint.of_rows(nominal, sample_time, units, own, "command", lines, hold_out, seen)
+        if mode == "velocity":
+            joints[name].left_out.update(_unlimited(joints[name], limit))
     if not any(np.ptp(each.command[np.isfinite(each.position)]) > 0 for each in joints.values()):
         raise UserError(f"{path}: no command ever moves, expected one that does")
     return ArmRecording(
-        model.path, joints, {name: mode for name, (mode, _) in drives.items()}, _hold(content, model, given, where),
-        _tip(content, model, where),
+        model.path, joints, {name: mode for name, (mode, *_) in drives.items()}, _hold(content, model, given, where),
+        _tip(content, model, where), _torque(columns, list(joints), lines, Path(path)),
     )  # fmt: skip
 
 
-def _told(recording: JointRecording, torque: bool) -> JointRecording:
-    if torque:
-        recording.left_out["torque"] = NO_USE
-    return recording
+def _unlimited(recording: JointRecording, limit: float) -> dict[str, str]:
+    """The torque limit (N·m, N) of a velocity servo, which is not simulated, where its law asks for more."""
+    velocity = np.gradient(recording.position, axis=1) / np.gradient(recording.time, axis=1)
+    asked = np.abs(recording.nominal["torque_constant"] * (recording.command - velocity))
+    share = float((asked[np.isfinite(asked)] > limit).mean())
+    why = f"a velocity servo's is not simulated, and its law asks for more than {limit:g} in {share:.0%} of the rows"
+    return {"torque_limit": why} if share > OFTEN else {}
+
+
+def _torque(columns: Mapping[str, np.ndarray], joints: Iterable[str], lines: np.ndarray, path: Path) -> dict[str, Any]:
+    """Torques [E, T] of the joints that logged one."""
+    episodes = list(table.episodes(columns["episode"], lines, path).values())
+    logged = [name for name in joints if f"torque.{name}" in columns]
+    return {name: table.padded(columns[f"torque.{name}"], episodes, np.nan) for name in logged}
 
 
 def _model_path(folder: Path, name: Any, where: str) -> Path:
@@ -72,8 +83,11 @@ def _model_path(folder: Path, name: Any, where: str) -> Path:
     return folder / name
 
 
-def _drive(given: Mapping[str, Any], known: ModelJoint, where: str) -> tuple[str, dict[str, float]]:
-    """What is commanded, and the arguments of `vision_s2r.joint.NominalJoint`; what is left out is the model's own."""
+def _drive(given: Mapping[str, Any], known: ModelJoint, where: str) -> tuple[str, dict[str, float], float]:
+    """What is commanded, the arguments of `vision_s2r.joint.NominalJoint`, and the torque limit (N·m, N).
+
+    What is left out is the model's own.
+    """
     check_keys(given, ("command", *DRIVE), where)
     mode = header.choice(given, "command", MODES, where, "position")
     values = dict.fromkeys(DRIVE, 0.0) | {"torque_limit": math.inf} | known.drive
@@ -89,16 +103,16 @@ def _drive(given: Mapping[str, Any], known: ModelJoint, where: str) -> tuple[str
         "bias_torque": 0.0,
     }
     if mode == "torque":
-        return mode, nominal
+        return mode, nominal, values["torque_limit"]
     if values["proportional_gain"] == 0:
         raise UserError(f"{where}: proportional_gain is missing, neither the header nor the model has it")
     if mode == "velocity":  # K_p·(command − q̇) is a torque, and damping besides
         damping = values["viscous_damping"] + values["proportional_gain"]
-        return mode, nominal | {"torque_constant": values["proportional_gain"], "viscous_damping": damping}
+        nominal |= {"torque_constant": values["proportional_gain"], "viscous_damping": damping}
+        return mode, nominal, values["torque_limit"]
     law = {key: values[key] for key in ("proportional_gain", "derivative_gain")}
-    return mode, nominal | law | (
-        {"command_limit": values["torque_limit"]} if values["torque_limit"] < math.inf else {}
-    )
+    limit = {"command_limit": values["torque_limit"]} if values["torque_limit"] < math.inf else {}
+    return mode, nominal | law | limit, values["torque_limit"]
 
 
 def _columns(folder: Path, joints: list[str]) -> tuple[dict[str, np.ndarray], np.ndarray, Path]:
@@ -140,7 +154,7 @@ def _check_names(joints: list[str], names: list[str], path: Path) -> None:
 def _check_units(
     columns: Mapping[str, np.ndarray],
     known: Mapping[str, ModelJoint],
-    drives: Mapping[str, tuple[str, Any]],
+    drives: Mapping[str, tuple[str, Any, float]],
     path: Path,
 ) -> None:
     """UserError for angles in degrees: far beyond a joint's limits, or 57.3 times what they belong to."""

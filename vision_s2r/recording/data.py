@@ -181,6 +181,8 @@ class ArmRecording:
     modes: dict[str, str]  # of each joint: position, velocity or torque, what is commanded
     hold: dict[str, float]  # rad or m: where joints are that were not logged; others of these are at 0
     tip: str | None  # the body or site that works
+    # float64 [E, T], N·m or N at the joint, of those that logged one; NaN after the end. No fit looks at it.
+    torque: dict[str, np.ndarray] = field(default_factory=dict)
 
     kind = "arm"
 
@@ -261,7 +263,10 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
 
 
 def _of_arm(recording: ArmRecording, index: np.ndarray) -> ArmRecording:
-    return replace(recording, joints={name: _episodes(joint, index) for name, joint in recording.joints.items()})
+    joints = {name: _episodes(joint, index) for name, joint in recording.joints.items()}
+    longest = next(iter(joints.values())).position.shape[1]
+    torque = {name: values[index, :longest] for name, values in recording.torque.items()}
+    return replace(recording, joints=joints, torque=torque)
 
 
 def _tosses(recording: ContactRecording, index: np.ndarray) -> ContactRecording:

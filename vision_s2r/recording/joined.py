@@ -90,7 +90,20 @@ def joined_arms(recordings: Sequence[ArmRecording]) -> ArmRecording:
             joints[name] = replace(joined([each.joints[name] for each in recordings]), source=None)
         except UserError as error:
             raise UserError(f"joint {name}: {error}") from error
-    return replace(first, joints=joints)
+    samples = max(each.any.position.shape[1] for each in recordings)
+    torque = {
+        name: _padded([each.torque[name] for each in recordings], samples)
+        for name in first.torque
+        if all(name in each.torque for each in recordings)
+    }
+    return replace(first, joints=joints, torque=torque)
+
+
+def _padded(values: Sequence[np.ndarray], samples: int) -> np.ndarray:
+    """[E, samples] of several [E, T]; NaN after the end."""
+    return np.concatenate(
+        [np.pad(each, ((0, 0), (0, samples - each.shape[1])), constant_values=np.nan) for each in values]
+    )
 
 
 def _simulator(recording: JointRecording) -> dict[str, Any]:

@@ -75,6 +75,7 @@ def _arm(recording: ArmRecording, folder: Path) -> dict[str, Any]:
         drives[name] = {"command": recording.modes[name], **_drive(joint.nominal, recording.modes[name])}
         given = {key: getattr(joint, key) for key in ("command", "position", "velocity")}
         given = {key: values for key, values in given.items() if values is not None}
+        given |= {"torque": recording.torque[name]} if name in recording.torque else {}
         columns += [f"{key}.{name}" for key in given]
         for k, n in enumerate(some.lengths):
             rows[k] += [values[k, :n] for values in given.values()]

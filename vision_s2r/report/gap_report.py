@@ -156,6 +156,24 @@ class TipGap:
 
 
 @dataclass(frozen=True)
+class TorqueFactor:
+    """A measured torque beside what is believed of it."""
+
+    factor: float  # measured over believed
+    ci: Interval
+    explained: float  # of the variance of the measured one
+
+
+@dataclass(frozen=True)
+class JointTorque:
+    """What the torque column of an arm's joint is beside the simulator."""
+
+    said: str
+    of_bodies: TorqueFactor  # what the model's bodies and friction ask for along the measured motion
+    of_law: TorqueFactor  # what the drive's law gives
+
+
+@dataclass(frozen=True)
 class JointPart:
     """What an arm's report says of one joint."""
 
@@ -218,6 +236,7 @@ class GapReport:
     held_out: HeldOut | None = None  # of a joint
     light: UnsteadyLight | None = None  # of a paired camera's frames, where it differs between them
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
+    torques: dict[str, JointTorque] | None = None  # of an arm whose log has torques, by joint
     tip: TipGap | None = None  # of an arm
     joints: dict[str, JointPart] | None = None  # of an arm, by name
     policy: PolicyCost | None = None  # of a camera, where the diagnosis was given curves

@@ -72,6 +72,14 @@ def test_every_parameter_of_the_simulator_may_be_withheld_at_once(tmp_path: Path
     assert not case.refitted and "compliance" not in case.not_excited
 
 
+def test_what_a_look_at_effects_finds_does_not_depend_on_threads(tmp_path: Path) -> None:
+    generated("null", 0, tmp_path)
+    one, two = (open_case(read(tmp_path), (), jobs) for jobs in (1, 2))
+    names = ["backlash", "latency", "torque_of_position", "torque_of_time"]
+    assert one.screen(one.likely, names) == two.screen(two.likely, names)
+    assert one.likely.values == two.likely.values
+
+
 def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> None:
     generated("null", 0, tmp_path)
     case = open_case(read(tmp_path))

@@ -110,13 +110,16 @@ def with_loads(recording: ArmRecording, moved: list[Motion], of_rows: list[np.nd
     """The joints under these torques and with these inertias."""
     shape = recording.any.position.shape
     parts = len(moved[0].load) // len(moved[0].position)
+    loaded = [
+        (each.load + _between(torque, parts), _between(inertia, parts))
+        for each, (torque, inertia) in zip(moved, of_rows, strict=True)
+    ]
     joints = {}
     for j, (name, joint) in enumerate(recording.joints.items()):
         external, own = (np.zeros((shape[0], shape[1] * parts)) for _ in range(2))
-        for k, (each, rows) in enumerate(zip(moved, of_rows, strict=True)):
-            torque, inertia = each.load[:, j] + _between(rows[0], parts)[:, j], _between(rows[1], parts)[:, j]
-            external[k, : len(torque)], external[k, len(torque) :] = torque, torque[-1]
-            own[k, : len(torque)], own[k, len(torque) :] = inertia, inertia[-1]
+        for k, (torque, inertia) in enumerate(loaded):
+            external[k, : len(torque)], external[k, len(torque) :] = torque[:, j], torque[-1, j]
+            own[k, : len(torque)], own[k, len(torque) :] = inertia[:, j], inertia[-1, j]
         least = float(own.min())
         nominal = joint.nominal | {"inertia": joint.nominal["inertia"] + least}
         own -= least

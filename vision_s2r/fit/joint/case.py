@@ -64,9 +64,14 @@ class JointCase:
     refitted: Names = frozenset(REFITTED)
     discrepancies: Mapping[str, str] = MEANINGS
 
-    def __init__(self, recording: JointRecording, library: Mapping[str, Effect], near: Hypothesis = NOMINAL) -> None:
-        """`near` is what a search has found already; the noise is read off what it leaves, where that is less."""
-        self.recording, self._near = recording, near
+    def __init__(
+        self, recording: JointRecording, library: Mapping[str, Effect], near: Hypothesis = NOMINAL, jobs: int = 1
+    ) -> None:
+        """`near` is what a search has found already; the noise is read off what it leaves, where that is less.
+
+        `jobs`: threads that look at effects; what they find does not depend on it.
+        """
+        self.recording, self._near, self._jobs = recording, near, jobs
         self.library = library
         one_gain = {} if _reaches_its_limit(recording) else {"torque_constant": ONE_GAIN}
         apart = one_gain if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
@@ -150,7 +155,9 @@ class JointCase:
         if self._grid:
             steps[0] = max(steps[0], self._grid.resolution)
         loose = Floor(np.maximum(LOUD * rough, GAUSSIAN * steps**2 / 12), np.ones(observer.channels))
-        return JointFitter(track, observer, loose, self._grid.values if self._grid else None, repeats, first)
+        return JointFitter(
+            track, observer, loose, self._grid.values if self._grid else None, repeats, first, self._jobs
+        )
 
     def _coarsen(self, base: Hypothesis) -> None:
         """Take the longest steps of the integrator whose error is nothing beside the noise."""
@@ -237,7 +244,7 @@ class JointCase:
         residuals = self._fitter.residuals(found, range(self.segments))
         fast, squares = fast_variance(residuals, self.track.lengths), residuals[self.track.segment >= 0] ** 2
         louder = (fast < LOUDER * self.noise) | (squares.mean(axis=0) < LOUDER * self._expected)
-        return JointCase(self.recording, self.library, found) if louder.any() else None
+        return JointCase(self.recording, self.library, found, self._jobs) if louder.any() else None
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""

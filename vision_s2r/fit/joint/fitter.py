@@ -1,10 +1,11 @@
 """Fits of a joint's hypotheses: where a name's fit starts, and how far each is followed."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.fit.case import Hypothesis, Names
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, OWN
 from vision_s2r.fit.joint.effect import JOINT_FITS
@@ -45,11 +46,12 @@ class JointFitter(Fitter[JointSpace]):
         grid: Mapping[str, float] | None,  # of the encoder: parameters of encoder_quantization
         repeats: float = 1.0,  # samples that say what one says
         first: Hypothesis | None = None,  # fitted when little was believed
+        jobs: int = 1,  # threads that look at names
     ) -> None:
         super().__init__()
         self.runs, self.count = observer, track.count
         self.track, self.observer, self.floor, self.grid = track, observer, floor, grid
-        self.repeats, self.first = repeats, first
+        self.repeats, self.first, self._jobs = repeats, first, jobs
         self._screened: dict[object, tuple[float, Fitted]] = {}
         self._started: dict[object, tuple[float, float, list[np.ndarray]]] = {}
         self._sloped: tuple[object, tuple[np.ndarray, np.ndarray]] = None, (np.empty(0), np.empty(0))
@@ -94,11 +96,20 @@ class JointFitter(Fitter[JointSpace]):
         data = self.data(segments)
         before = self.space(names_of(hypothesis))
         here = before.start(hypothesis)
-        starts = {name: self._starts(before, here, hypothesis, name, data) for name in names}
-        first = {name: now - least for name, (now, least, _) in starts.items()}
+        self._slopes(before, here, names_of(hypothesis), data)  # once: all names ask for them
+
+        def start(name: str) -> float:
+            now, least, _ = self._starts(before, here, hypothesis, name, data)
+            return now - least
+
+        first = self._of_each(start, names)
         ranked = sorted(names, key=lambda name: (name not in DISCREPANCIES, -first[name]))
-        followed = {name for k, name in enumerate(ranked) if name in DISCREPANCIES or k < SCREENED}
-        return {name: self.screen(hypothesis, name, data)[0] if name in followed else first[name] for name in names}
+        followed = [name for k, name in enumerate(ranked) if name in DISCREPANCIES or k < SCREENED]
+        return first | self._of_each(lambda name: self.screen(hypothesis, name, data)[0], followed)
+
+    def _of_each(self, look: Callable[[str], float], names: Sequence[str]) -> dict[str, float]:
+        found = parallel.run(look, ((name,) for name in names), self._jobs, threads=True)
+        return dict(zip(names, found, strict=True))
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
         """Residuals [E, T, channels] of the episodes that hold these segments, others zero."""
