@@ -18,7 +18,7 @@ SEEN = 0.05  # of the mean gap: as little is expected of a bin at least, whateve
 
 
 def where(samples: Samples, seed: int) -> list[dict[str, Any]]:
-    """The places that hold more of the gap than of the samples, of the axis that tells most first, as the report is."""
+    """The places that hold more of the gap than of the samples, those of the axis that tells most first."""
     found = [(_tells(samples, axis), axis) for axis in samples.axes]
     ordered = [axis for _, axis in sorted(found, key=lambda each: -each[0])]
     return [place for axis in ordered for place in _telling(samples, axis, seed)][:MOST]

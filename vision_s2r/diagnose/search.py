@@ -234,10 +234,10 @@ class Search:
             found = max(without, key=lambda less: less.score)
 
     def _stands_in(self, name: str, found: Assessment, whole: Assessment) -> bool:
-        """Whether an effect looks like a stand-in in what others that did are gone from.
+        """Whether an effect looks like a stand-in in `found`, from which others that did are gone already.
 
         What they did is missing there, and shows as if it were wrong with an effect that the `whole` bears out: where
-        that is as large with them as without, it is none.
+        that is as large with them as without, it stands.
         """
         if not self._case.suspicious(found.hypothesis, name):
             return False

@@ -199,10 +199,12 @@ class Pictures:
 
     def places(self, channels: int) -> Tensor:
         """Every pixel's own x and y [2, channels, H, W], px."""
-        return _places(*self.sim.shape[-2:], channels)
+        height, width = self.sim.shape[-2:]
+        return _places(height, width, channels)
 
     def _frame(self, count: int, interpolation: Interpolation) -> Frame:
-        return _frame(*self.sim.shape[-2:], self.intrinsics, count, interpolation)
+        height, width = self.sim.shape[-2:]
+        return _frame(height, width, self.intrinsics, count, interpolation)
 
 
 @lru_cache(maxsize=16)  # one warp moves at a time, and frames come one after the other
