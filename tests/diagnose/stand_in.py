@@ -36,6 +36,8 @@ class Curves:
     shown: np.ndarray | None = None  # [segments] how much of the curves each shows; all of them unless given
     withheld: Names = frozenset()
     contradictory: Names = frozenset()
+    # By stand-in, others that look wrong where it is not there to do an unknown's work.
+    standing: Mapping[str, Names] = field(default_factory=dict)
     certain: Mapping[str, float] = field(default_factory=dict)
     not_excited: Mapping[str, str] = field(default_factory=dict)
     sharp: bool = True
@@ -123,7 +125,9 @@ class Curves:
         return abs(hypothesis.values[name]["size"]) < 1e-3
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
-        return False
+        """Whether it is a stand-in, or one that it hides is not there."""
+        hiding = [hidden for each, hidden in self.standing.items() if each not in hypothesis.values]
+        return name in self.standing or name in frozenset().union(*hiding)
 
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether it was said to be."""

@@ -13,9 +13,9 @@ from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.simulator import settle
 
 
-def diagnosed(y: np.ndarray, **case: Any) -> dict[str, Any]:
+def diagnosed(y: np.ndarray, beside: bool = False, **case: Any) -> dict[str, Any]:
     it = Curves(y, **case)
-    assessor = Assessor(it, SearchConfig(), jobs=2, seed=0)
+    assessor = Assessor(it, SearchConfig(beside=beside), jobs=2, seed=0)
     return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
 
 
@@ -149,6 +149,24 @@ def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     assert 0.3 < found["unexplained"]["share"] < 0.7
     guess = {"guessed": frozenset({"slope"}), "reach": 0.45}  # who knows how large anything is
     assert not diagnosed(recording(5, wave=0.5, other=other), **guess)["effects"]
+
+
+def test_what_goes_with_a_stand_in_is_not_held_against_a_name_of_the_same_size_without_it() -> None:
+    """Where it differs, or looks wrong beside the stand-in as well, it is one itself."""
+    y = recording(5, wave=0.5, curve=0.6, other=0.5 * np.sin(40 * np.pi * T))
+    hidden = {"discrepancies": {}, "standing": {"curve": frozenset({"wave"})}}
+    assert names(diagnosed(y, **hidden)) == set()
+    assert names(diagnosed(y, beside=True, **hidden)) == {"wave"}
+    both = {"discrepancies": {}, "standing": {"curve": frozenset({"wave"}), "wave": frozenset()}}
+    assert names(diagnosed(y, beside=True, **both)) == set()
+
+
+def test_an_effect_that_does_what_an_unknown_cannot_stands_beside_it() -> None:
+    """Though the unknown alone is a better story than the effects alone."""
+    y = recording(5, step=2.0, other=np.cos(7 * np.pi * T))
+    assert "step" not in names(diagnosed(y))
+    found = diagnosed(y, beside=True)
+    assert names(found) == {"step"} and found["verdict"] == "partly_explained"
 
 
 def test_a_small_rest_is_explained_only_beside_an_effect_of_a_rough_form() -> None:

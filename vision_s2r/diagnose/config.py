@@ -57,6 +57,11 @@ class SearchConfig:
         False,
         "Whether effects are looked for beside something unknown, too; they keep their names where nothing is left.",
     )
+    beside: bool = option(
+        False,
+        "Whether effects that do what an unknown cannot keep their names beside it: where it is fitted to what they "
+        "leave, so that it changes none of their parameters.",
+    )
 
 
 @dataclass
@@ -87,7 +92,8 @@ class DiagnoseConfig:
     policy: str = option("", "The row of these curves; empty: the first.")
     joint: SearchConfig = option(SearchConfig(known=True), "The search for what a joint has.")
     camera: SearchConfig = option(
-        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False), "The search for what a camera has."
+        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True),
+        "The search for what a camera has.",
     )
     contact: SearchConfig = option(
         SearchConfig(beam=2, breadth=5, contenders=3, most=4, unknowns=True),

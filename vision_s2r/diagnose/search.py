@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 
@@ -9,6 +11,7 @@ COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
 MUCH = 0.33  # of the gap: effects that leave no more do much work
+ALIKE = 0.08  # of its size, by which a true effect may differ with a stand-in for something unknown and without
 
 
 @dataclass(frozen=True)
@@ -157,12 +160,20 @@ class Search:
             # Beside something flexible enough to do their work, their parameters would be anybody's guess.
             found, hints = named, self._extended(named, Names()).names
         else:
-            found = self._extended(rival if self._simpler(rival, named, base) else named, self._effects)
+            found = self._extended(self._likelier_story(named, rival, base), self._effects)
             hints = found.names
         explained = self._assessor.adequate(found) or self._slight(found)
         if found.names & self._discrepancies or not explained:
             found = self._unmask(found)
         return found, hints & self._discrepancies
+
+    def _likelier_story(self, named: Assessment, rival: Assessment, base: Assessment) -> Assessment:
+        """The named effects, or the unknown instead of them; with those whose work it cannot do, if they may stand."""
+        if not self._simpler(rival, named, base):
+            return named
+        if not self._cfg.beside:
+            return rival
+        return self._shed(self._assessor.one(named.names | rival.names, named.hypothesis), self._effects)
 
     def _rival(self, base: Assessment) -> Assessment:
         """The likeliest unknown; with the effects that show beside it, where nothing is left then."""
@@ -245,14 +256,32 @@ class Search:
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
+        whole = found
         while True:
-            masks = [
-                name for name in sorted(found.names & self._effects) if self._case.suspicious(found.hypothesis, name)
-            ]
+            masks = [name for name in sorted(found.names & self._effects) if self._stands_in(name, found, whole)]
             if not masks:
                 return found
             without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in masks])
             found = max(without, key=lambda less: less.score)
+
+    def _stands_in(self, name: str, found: Assessment, whole: Assessment) -> bool:
+        """Whether an effect looks like a stand-in in `found`, from which others that did are gone already.
+
+        What they did is missing there, and shows as if it were wrong with an effect that the `whole` bears out: where
+        that is as large with them as without, it stands.
+        """
+        if not self._case.suspicious(found.hypothesis, name):
+            return False
+        if found is whole or not self._cfg.beside or self._case.suspicious(whole.hypothesis, name):
+            return True
+        return not self._alike(name, whole.hypothesis, found.hypothesis)
+
+    def _alike(self, name: str, one: Hypothesis, other: Hypothesis) -> bool:
+        """Whether an effect is of the same size in two hypotheses."""
+        sizes = [(p.name, p.neutral) for p in self._case.library[name].parameters if p.neutral is not None]
+        away = np.array([one.values[name][key] - neutral for key, neutral in sizes])
+        moved = np.array([other.values[name][key] - one.values[name][key] for key, _ in sizes])
+        return float(np.linalg.norm(moved)) <= ALIKE * float(np.linalg.norm(away))
 
     def _contradicted(self, found: Assessment) -> Names:
         """Effects that parts of the recording contradict though what is left in all of it is no more than noise."""

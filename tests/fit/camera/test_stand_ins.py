@@ -13,6 +13,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.fit.camera.area import area_of
 from vision_s2r.fit.camera.case import CameraCase
+from vision_s2r.fit.camera.consistency import disagreement
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -124,6 +125,16 @@ def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
 def test_an_explained_picture_is_not_explained_by_what_its_rows_contradict() -> None:
     found = diagnose(of_fields(0.12), DiagnoseConfig()).to_dict()
     assert found["verdict"] == "unexplained" and not found["effects"]
+
+
+def test_what_differs_from_frame_to_frame_is_not_held_against_an_effect() -> None:
+    """A stand-in is wrong in the same place of all frames; the light of something else is where a scene has it."""
+    change, weight = torch.full((MANY, 3, SIZE, SIZE), 0.1), torch.full((MANY, 1, SIZE, SIZE), 1e4)
+    half = torch.zeros(MANY, 3, SIZE, SIZE)
+    half[..., : SIZE // 2] = 0.03
+    sign = torch.ones(MANY).index_fill(0, torch.arange(0, MANY, 2), -1.0).view(-1, 1, 1, 1)
+    assert disagreement(change, half, weight, many())["region"] > 0.08
+    assert disagreement(change, half * 2 * sign, weight, many())["region"] < 0.02
 
 
 def labelled(made: CameraRecording) -> CameraRecording:

@@ -49,6 +49,7 @@ _GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
 _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like what is behind
 _STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
+_ASKED = 16  # frames, the most telling, whose parts are asked for the size of an effect
 _REMEMBERED = 12  # hypotheses whose scores are kept
 _REMEMBERED_VALUES = 12_000_000  # in pictures whose predictions are kept, three numbers a value
 
@@ -586,11 +587,11 @@ class CameraCase:
         """By axis, how much more of the effect some pixels ask for than others; none of noise."""
         if CAMERA_FITS[name].stage not in ("warp", "blur", "light", "tone"):
             return {}
-        few = self._few(range(self.segments))
-        mean, _, weight = self._predicted(values, few, lit=True)
+        asked = sorted(self.study.ranked[:_ASKED])
+        mean, _, weight = self._predicted(values, asked, lit=True)
         without = {each: value for each, value in values.items() if each != name}
-        other = self._predicted(without, few, lit=True)[0]
-        left = self.study.pictures.real[few] - self._encoded(mean, values)
+        other = self._predicted(without, asked, lit=True)[0]
+        left = self.study.pictures.real[asked] - self._encoded(mean, values)
         return disagreement(mean - other, left, weight, other)
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:

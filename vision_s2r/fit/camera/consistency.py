@@ -4,7 +4,8 @@ A parameter is one number for the whole recording. What only stands in for an ef
 one part of the pixels at the cost of another: a rotation for rows that are displaced, too large where edges are
 upright and too small where they lie; an exposure for scattered light, too small in the dark. In each bin of each axis
 the size of the effect is estimated anew, as a share of what it was found to be. A true one is as large everywhere,
-whatever else is wrong in some of the pictures.
+whatever else is wrong in some of the pictures: what differs from frame to frame, as the light of a second picture on
+the first does, is an error of the estimate, and a stand-in is wrong in the same place of all of them.
 """
 
 import torch
@@ -34,21 +35,26 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
     weight = weight * (FREEDOM + 1) / (FREEDOM + weight * residual.square())
     work = (weight * change.square()).double().reshape(-1)
     more = (weight * change * residual).double().reshape(-1)
-    whole = float(work.sum())
+    frames = len(residual)
+    frame = torch.arange(frames)[:, None, None, None]
     found = {}
     for name, (bins, count) in _axes(picture).items():
-        at = bins.expand_as(residual).reshape(-1)
-        done = torch.bincount(at, work, count)
-        told = (done > _LEAST * whole) & (done > _CLEAR)
+        at = (bins + count * frame).expand_as(residual).reshape(-1)
+        each, off = (torch.bincount(at, of, count * frames).reshape(frames, count) for of in (work, more))
+        done = each.sum(0)
+        told = (done > _LEAST * done.sum()) & (done > _CLEAR)
         if int(told.sum()) < 2:
             continue
-        done, size = done[told], 1 + torch.bincount(at, more, count)[told] / done[told]
+        each, off, done = each[:, told], off[:, told], done[told]
+        away = off.sum(0) / done
         share = done / done.sum()
-        whole_size = float((share * size).sum())
+        whole_size = float((share * (1 + away)).sum())
         if whole_size <= 0:
             found[name] = _MOST
             continue
-        squared = ((size / whole_size - 1).square() - 1 / done).clamp(0, _MOST)  # less what noise makes of it
+        between = (off - away * each).square().sum(0) / done.square() * frames / max(frames - 1, 1)
+        by_chance = torch.maximum(1 / done, between)  # the variance that noise and other frames would make of a size
+        squared = (((1 + away) / whole_size - 1).square() - by_chance).clamp(0, _MOST)
         found[name] = float((share * squared).sum().sqrt())
     return found
 

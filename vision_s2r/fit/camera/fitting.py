@@ -17,6 +17,7 @@ from vision_s2r.fit.gauss_newton import Damping, descend
 # An iteration that moves no coordinate by 0.02 of its step, or gains 2e-6 nats a pixel, is the last.
 _RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf), gain=2e-6, move=0.02)
 _FLOOR = 1e-6  # of the largest curvature: that which every coordinate has
+_SHORT = 0.5  # steps of every coordinate, within which slopes are nearly what they were
 FREEDOM = 6.0  # of Student's distribution, which forgives single pixels
 
 
@@ -117,13 +118,18 @@ class _State:
     lit: Lit | None
 
 
-@dataclass(frozen=True)
+@dataclass
 class _Descent:
-    """Some effects on some frames, in steps of their charts."""
+    """Some effects on some frames, in steps of their charts.
+
+    After a short step slopes are those of the state before, with what the step did (Broyden 1965): to difference them
+    anew takes a prediction a coordinate. Behind an encoder, or in light of each frame's own, they are.
+    """
 
     target: Target
     names: Sequence[str]
     segments: Sequence[int]
+    known: tuple[_State, Tensor] | None = None  # where slopes were last, and these
 
     def at(self, values: Values) -> _State:
         stages: Stages = {}
@@ -131,15 +137,33 @@ class _Descent:
         return _State(values, self.target._mean_loss(residual, self.segments), residual, stages, lit)
 
     def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
-        slopes, _ = columns(self.target, state.values, self.names, self.segments, state.stages, state.lit)
+        slopes = self._carried(state)
+        if slopes is None:
+            slopes, _ = columns(self.target, state.values, self.names, self.segments, state.stages, state.lit)
+        self.known = state, slopes
         equations = normal(self.target, slopes, state.residual, self.segments)
         floor = _FLOOR * max(np.diag(equations.matrix).max(initial=0.0), 1e-12)
         return equations.matrix + floor * np.eye(len(slopes)), equations.vector
 
+    def _carried(self, state: _State) -> Tensor | None:
+        if self.known is None or state.lit is not None or "jpeg_compression" in state.values:
+            return None
+        before, slopes = self.known
+        step = (pack(state.values, self.names) - pack(before.values, self.names)) / self._small
+        length = float(step @ step)
+        if np.abs(step).max() > _SHORT or length == 0:
+            return None
+        along = torch.from_numpy(step).to(slopes.dtype)
+        missed = before.residual - state.residual - torch.tensordot(along, slopes, 1)
+        return slopes + along.view(-1, 1, 1, 1, 1) * (missed / length)
+
+    @property
+    def _small(self) -> np.ndarray:
+        return np.array([step for name in self.names for step in chart(name).steps(self.target.pictures.optics)])
+
     def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
-        small = np.array([step for name in self.names for step in chart(name).steps(self.target.pictures.optics)])
         here = pack(state.values, self.names)
-        return [self.at(dict(state.values) | unpack(here + step * small, self.names)) for step in steps]
+        return [self.at(dict(state.values) | unpack(here + step * self._small, self.names)) for step in steps]
 
 
 def gauss_newton(

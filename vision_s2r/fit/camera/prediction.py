@@ -6,6 +6,7 @@ stages, so that a change of a late effect does not repeat the early ones.
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import torch
 import torch.nn.functional as F
@@ -42,11 +43,16 @@ def on_the_way(names: Iterable[str]) -> list[str]:
     )
 
 
-def front(names: Iterable[str]) -> list[str]:
+def front(names: Iterable[str]) -> Sequence[str]:
     """Those of `names` from the scene to the light that falls on the sensor, on its way.
 
     UserError where an effect is said to act behind it: those have their place in `Tail`.
     """
+    return _front(frozenset(names))
+
+
+@lru_cache(maxsize=256)
+def _front(names: frozenset[str]) -> Sequence[str]:
     found = []
     for name in on_the_way(names):
         if name in BEHIND:
@@ -187,23 +193,39 @@ class Pictures:
         return resampled(pictures, looked[0], looked[1], self.kernel)
 
     def looked(self, effect: CameraEffect, values: Mapping[str, float]) -> Tensor:
-        """Where a warp of values at this scale looks for each pixel: x and y [2, 1 or 3, H, W], px.
-
-        The effect says it by what it makes of pictures of the coordinates, which are linear.
-        """
-        here = self.places(3 if CAMERA_FITS[effect.name].by_channel else 1)
-        return effect.apply(here, _tensors(values, 2), self._frame(2, "bilinear"))
+        """Where a warp of values at this scale looks for each pixel: x and y [2, 1 or 3, H, W], px."""
+        height, width = self.sim.shape[-2:]
+        return _looked(effect.name, tuple(values.items()), height, width, tuple(self.intrinsics.tolist()))
 
     def places(self, channels: int) -> Tensor:
         """Every pixel's own x and y [2, channels, H, W], px."""
-        y, x = torch.meshgrid(*(torch.arange(size, dtype=torch.float32) for size in self.sim.shape[-2:]), indexing="ij")
-        return torch.stack([x, y])[:, None].expand(-1, channels, -1, -1)
+        height, width = self.sim.shape[-2:]
+        return _places(height, width, channels)
 
     def _frame(self, count: int, interpolation: Interpolation) -> Frame:
         height, width = self.sim.shape[-2:]
-        intrinsics = self.intrinsics.expand(count, 4)
-        seeds = torch.zeros(count, dtype=torch.int64)
-        return Frame(height, width, 0, intrinsics, seeds, interpolation, "codec")
+        return _frame(height, width, self.intrinsics, count, interpolation)
+
+
+@lru_cache(maxsize=16)  # one warp moves at a time, and frames come one after the other
+def _looked(
+    name: str, values: tuple[tuple[str, float], ...], height: int, width: int, intrinsics: tuple[float, ...]
+) -> Tensor:
+    """The effect says it by what it makes of pictures of the coordinates, which are linear."""
+    frame = _frame(height, width, torch.tensor(intrinsics), 2, "bilinear")
+    here = _places(height, width, 3 if CAMERA_FITS[name].by_channel else 1)
+    return CAMERA_EFFECTS[name].apply(here, _tensors(dict(values), 2), frame)
+
+
+def _places(height: int, width: int, channels: int) -> Tensor:
+    axes = (torch.arange(size, dtype=torch.float32) for size in (height, width))
+    y, x = torch.meshgrid(*axes, indexing="ij")
+    return torch.stack([x, y])[:, None].expand(-1, channels, -1, -1)
+
+
+def _frame(height: int, width: int, intrinsics: Tensor, count: int, interpolation: Interpolation) -> Frame:
+    seeds = torch.zeros(count, dtype=torch.int64)
+    return Frame(height, width, 0, intrinsics.expand(count, 4), seeds, interpolation, "codec")
 
 
 def linear(pictures: Tensor, curve: Curve) -> Tensor:

@@ -1,0 +1,25 @@
+"""The fit of a camera's effects: how many predictions it takes."""
+
+import pytest
+
+from tests.fit.camera.test_camera_case import opened, recorded
+from vision_s2r.fit.camera import fitting
+from vision_s2r.fit.camera.fitting import gauss_newton
+
+
+def test_short_steps_carry_their_slopes_on_to_the_same_optimum(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = opened(recorded(exposure={"stops": 0.4}, vignetting={"strength": 0.3}))
+    start = {"exposure": {"stops": 0.37}, "vignetting": {"strength": 0.27}}
+    asked: list[int] = []
+    columns = fitting.columns
+    monkeypatch.setattr(fitting, "columns", lambda *given: asked.append(1) or columns(*given))
+    ends = []
+    for short in (0.0, fitting._SHORT):
+        monkeypatch.setattr(fitting, "_SHORT", short)
+        asked.clear()
+        found, _ = gauss_newton(case._target, start, list(start), [0, 1], 8)
+        ends.append((found, len(asked)))
+    (one, often), (other, seldom) = ends
+    assert seldom < often
+    assert one["exposure"]["stops"] == pytest.approx(other["exposure"]["stops"], abs=1e-3)
+    assert one["vignetting"]["strength"] == pytest.approx(other["vignetting"]["strength"], abs=1e-3)
