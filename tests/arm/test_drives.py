@@ -6,7 +6,7 @@ import pytest
 from recordings import an_arm
 
 from vision_s2r.errors import UserError
-from vision_s2r.fit.arm.drives import Drives
+from vision_s2r.fit.arm.drives import ArmDrives
 from vision_s2r.fit.arm.free_run import free_run
 from vision_s2r.patch.arm import mjcf
 from vision_s2r.report.reading import ReportedParameter
@@ -37,7 +37,7 @@ def patched(recording):
 def test_beside_mujoco_they_make_the_free_run_that_a_report_speaks_of():
     recording = an_arm(FOUND, seconds=3.0, episodes=1)
     model = patched(recording)
-    drives, data = Drives(model, recording, EFFECTS), mujoco.MjData(model)
+    drives, data = ArmDrives(model, recording, EFFECTS), mujoco.MjData(model)
     commands = np.array([joint.command[0] for joint in recording.joints.values()]).T
     moved = []
     for _ in range(2):  # once more from the start, after a reset
@@ -59,4 +59,4 @@ def test_beside_mujoco_they_make_the_free_run_that_a_report_speaks_of():
 def test_a_joint_that_play_divides_is_refused():
     recording = an_arm(seconds=1.0, episodes=1)
     with pytest.raises(UserError, match="elbow: backlash divides a joint in two, of which MuJoCo's is one"):
-        Drives(patched(recording), recording, {"elbow.backlash": {"width": 0.02}})
+        ArmDrives(patched(recording), recording, {"elbow.backlash": {"width": 0.02}})

@@ -1,5 +1,7 @@
 """The joints of a log as an arm: signs and zeros that only gravity tells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from recordings import TWO_LINKS
@@ -57,6 +59,17 @@ def test_a_tip_that_the_model_lacks_is_said(tmp_path):
     options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"}, tip="tol")
     with pytest.raises(UserError, match=r"tip: no 'tol' in two_links\.xml, did you mean 'tool'"):
         write_arms(the_tables(), tmp_path / "arm", options)
+
+
+def test_degrees_are_said_at_the_import_and_nothing_is_left(tmp_path):
+    tables = the_tables()
+    tables = [
+        replace(each, columns=each.columns | {"position": np.rad2deg(each.columns["position"])}) for each in tables
+    ]
+    options = ImportOptions(model=str(TWO_LINKS), joints={"shoulder": "shoulder", "elbow": "elbow"})
+    with pytest.raises(UserError, match=r"^motion: arm\.csv: .*is it in degrees \(57\.3 to a rad\)"):
+        write_arms(tables, tmp_path / "arm", options)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_known_servo_brings_its_whole_law(tmp_path):

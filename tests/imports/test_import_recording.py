@@ -149,6 +149,14 @@ def test_what_cannot_be_imported_is_one_line(tmp_path):
         import_recording("bam", tmp_path / "absent", tmp_path / "out")
     with pytest.raises(UserError, match="expected a LeRobot data set"):
         import_recording("lerobot", tmp_path, tmp_path / "out")
+    (tmp_path / "one.csv").write_text("t,position,target\n0,0,0\n")
+    with pytest.raises(UserError, match=r"one\.csv: one has 1 row, expected a log of motion"):
+        import_recording("csv", tmp_path / "one.csv", tmp_path / "out", ImportOptions(drive="sts3215"))
+    back = "".join(f"{0.02 * k},{0.1 * k},0\n" for k in [*range(20), 3])
+    (tmp_path / "back.csv").write_text("t,position,target\n" + back)
+    with pytest.raises(UserError, match=r"^back: joint\.csv, line 22: "):
+        import_recording("csv", tmp_path / "back.csv", tmp_path / "out", ImportOptions(drive="sts3215"))
+    assert not (tmp_path / "out").exists()  # so that it can be tried again
     folder = a_motion(tmp_path / "wave")
     with pytest.raises(UserError, match="no joint is called 'Jwa', did you mean 'Jaw'"):
         import_recording("sage", folder, tmp_path / "out", ImportOptions(joint="Jwa"))

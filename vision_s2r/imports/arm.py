@@ -22,9 +22,9 @@ from scipy.signal import savgol_filter
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.files import write
+from vision_s2r.files import whole_folder, write
 from vision_s2r.imports.drives import known_drive
-from vision_s2r.imports.table import ImportOptions, JointTable
+from vision_s2r.imports.table import ImportOptions, JointTable, read_back
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.table import text as table_text
 
@@ -136,9 +136,10 @@ def write_arms(tables: Sequence[JointTable], out: Path, options: ImportOptions) 
     found = []
     for name, parts in motions.items():
         folder = out / name if len(motions) > 1 else out
-        if folder.exists() and any(folder.iterdir()):
-            raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
-        found.append((folder, _write(parts, placed, model, folder, options)))
+        with whole_folder(folder) as making:
+            summary = _write(parts, placed, model, making, options)
+            read_back(making, name or folder.name)
+        found.append((folder, summary))
     return found
 
 

@@ -10,12 +10,12 @@ import numpy as np
 import yaml
 
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.files import write
+from vision_s2r.files import whole_folder, write
 from vision_s2r.imports import bag, bam, lerobot, sage, tabular
 from vision_s2r.imports.drives import DRIVES, known_drive
 from vision_s2r.imports.picture import picture
-from vision_s2r.imports.table import ImportOptions, JointTable
-from vision_s2r.recording import JointRecording, read
+from vision_s2r.imports.table import ImportOptions, JointTable, read_back
+from vision_s2r.recording import JointRecording
 from vision_s2r.recording.header import FORMAT
 from vision_s2r.recording.joint import COLUMNS
 from vision_s2r.recording.table import text as table_text
@@ -27,6 +27,7 @@ SOURCES: dict[str, Callable[[Path, ImportOptions], list[JointTable]]] = {
     "bag": bag.load,
     "csv": tabular.load,
 }
+LEAST_ROWS = 12  # that a speed can be read off
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,9 @@ def import_recording(
     if not path.exists():
         raise UserError(f"{path}: no such file or folder, expected a log of {source}")
     tables = SOURCES[source](path, options)
+    for table in tables:
+        if (rows := len(table.columns["t"])) < LEAST_ROWS:
+            raise UserError(f"{path}: {table.name} has {rows} row{'s' * (rows != 1)}, expected a log of motion")
     if options.joint:
         names = [table.name.split("/")[-1] for table in tables]
         if options.joint not in names:
@@ -80,19 +84,18 @@ def import_recording(
 
 
 def _write(table: JointTable, folder: Path, options: ImportOptions) -> Imported:
-    if folder.exists() and any(folder.iterdir()):
-        raise UserError(f"{folder}: is not empty, expected a new folder for a recording")
     head, believed = _header(table, options)
     columns = [name for name in COLUMNS if name in table.columns]
     rows = np.stack([table.columns[name] for name in columns], axis=1)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    write(folder / "joint.csv", table_text(columns, rows))
-    write(folder / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
-    recording = read(folder, hold_out=False)
-    assert isinstance(recording, JointRecording)
-    summary = _summary(table, recording, believed, len(table.columns["t"]) - len(rows))
-    write(folder / "import.json", json.dumps(summary, indent=1) + "\n")
-    write(folder / "import.png", picture(recording, table.columns))
+    with whole_folder(folder) as making:
+        write(making / "joint.csv", table_text(columns, rows))
+        write(making / "recording.yaml", yaml.safe_dump(head, sort_keys=False))
+        recording = read_back(making, table.name)
+        assert isinstance(recording, JointRecording)
+        summary = _summary(table, recording, believed, len(table.columns["t"]) - len(rows))
+        write(making / "import.json", json.dumps(summary, indent=1) + "\n")
+        write(making / "import.png", picture(recording, table.columns))
     return Imported(folder, summary)
 
 

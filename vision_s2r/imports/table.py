@@ -1,10 +1,13 @@
 """What a source gives of each joint, and what the user may add to it."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
+from vision_s2r.errors import UserError
 from vision_s2r.options import option
+from vision_s2r.recording import Recording, read
 
 
 @dataclass
@@ -41,3 +44,11 @@ class JointTable:
     of_model: bool = False  # by convention, name, sign and zero are those of the robot's model
     missing: tuple[str, ...] = ()  # what would help, and is not in the log
     units: str = ""  # rotary or linear, where the log says
+
+
+def read_back(folder: Path, log: str) -> Recording:
+    """What was made of a log. Raises UserError, which begins with the log's name, for what can be no recording."""
+    try:
+        return read(folder, hold_out=False)
+    except UserError as error:
+        raise UserError(f"{log}: {str(error).replace(f'{folder}/', '')}") from error

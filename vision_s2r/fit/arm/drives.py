@@ -35,7 +35,7 @@ _WIDTH = len(COLUMNS)
 _DELAY = COLUMNS.index("latency.delay")
 
 
-class Drives:
+class ArmDrives:
     """The drives of a recording's joints, with the effects of a diagnosis.
 
     Call `act` before each `mujoco.mj_step` of the patched model, whose own actuators of these joints give nothing from

@@ -125,7 +125,7 @@ class JointFitter(Fitter[JointSpace]):
         here = before.start(hypothesis)
         space = self.space(names_of(hypothesis) | {name})
         there = space.start(Hypothesis({**hypothesis.values, name: values}, hypothesis.extra))
-        _, slopes = self.observer.slopes(before, here, data.episodes)
+        _, slopes = self._slopes(before, here, names_of(hypothesis) - {name}, data)
         # An effect that is there already, at this size, moves nothing: it is seen beside its absence.
         absent = hypothesis if name in DYNAMICS else hypothesis.only(names_of(hypothesis) - {name})
         base = self.space(names_of(absent))
