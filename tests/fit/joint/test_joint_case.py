@@ -113,9 +113,9 @@ def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_st
     tmp_path: Path,
 ) -> None:
     """Without the disturbance no free run is better for it, so that the simulator does without."""
-    time = np.linspace(0.0, 4.0, 81)
-    disturbance = Tables(time=(0.0, 4.0, len(time))), 0.1 * np.sin(2 * np.pi * 0.6 * time)
-    log = a_log({"cogging": {"amplitude": 0.05, "teeth": 7.0}}, steps(5, 400), (3e-4, 8e-3), unknown=disturbance)
+    time = np.linspace(0.0, 3.0, 61)
+    disturbance = Tables(time=(0.0, 3.0, len(time))), 0.1 * np.sin(2 * np.pi * 0.6 * time)
+    log = a_log({"cogging": {"amplitude": 0.05, "teeth": 7.0}}, steps(5, 300), (3e-4, 8e-3), unknown=disturbance)
     report = diagnose(log, DiagnoseConfig())
     (effect,) = report.effects
     assert report.verdict == "partly_explained" and effect.name == "cogging" and not effect.patched
@@ -129,8 +129,8 @@ def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_st
 
 
 def test_a_drive_that_fades_is_called_so_and_passes_for_no_effect() -> None:
-    command = steps(5, 600)
-    fading = 1 - 0.4 * (1 - np.exp(-0.01 * np.arange(600) / 1.5))
+    command = steps(5, 300)
+    fading = 1 - 0.4 * (1 - np.exp(-0.01 * np.arange(300) / 1.0))
     log = replace(a_log({}, command * fading), command=command)
     report = diagnose(log, DiagnoseConfig())
     assert report.verdict == "unexplained" and not report.effects
