@@ -1,18 +1,24 @@
 """The gap on episodes or frames that no fit has seen, and whose it is: Shapley's shares of the effects."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessor
-from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names, Segments
 from vision_s2r.statistics import shapley
 
+Measure = Callable[[Hypothesis, Segments], np.ndarray]  # of segments
 
-def held_out(case: Case, assessor: Assessor, folds: tuple[Hypothesis, ...]) -> np.ndarray:
-    """Mean squared error [segments], each segment under the fit that has not seen it."""
-    error = np.empty(case.segments)
+
+def held_out(
+    case: Case, assessor: Assessor, folds: tuple[Hypothesis, ...], measure: Measure | None = None
+) -> np.ndarray:
+    """Mean squared error [segments], or another measure, each segment under the fit that has not seen it."""
+    found, measure = np.empty(case.segments), measure or case.error
     for held, hypothesis in zip(assessor.folds, folds, strict=True):
-        error[list(held)] = case.error(hypothesis, held)
-    return error
+        found[list(held)] = measure(hypothesis, held)
+    return found
 
 
 def closed(case: Case, assessor: Assessor, of: Names, folds: tuple[Hypothesis, ...]) -> dict[str, np.ndarray]:

@@ -165,10 +165,8 @@ def _of_predictions(case: Case, assessor: Assessor, found: Found, firm: Names) -
 
     def left(on: frozenset[str]) -> np.ndarray:
         names = frozenset(on - {UNKNOWN}) | (rest if UNKNOWN in on else frozenset())
-        excess = np.empty(case.segments)
-        for held, fold in zip(assessor.folds, final.folds, strict=True):
-            excess[list(held)] = case.excess(reduced(fold, names, final.names), held)
-        return excess
+        folds = tuple(reduced(fold, names, final.names) for fold in final.folds)
+        return held_out(case, assessor, folds, case.excess)
 
     parts = shapley([*sorted(firm), UNKNOWN], lambda on: -left(on))
     whole = np.maximum(sum(parts.values()), 1e-12)

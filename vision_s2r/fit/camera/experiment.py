@@ -57,11 +57,12 @@ def _most_telling(study: Study, rivals: Sequence[Hypothesis]) -> tuple[str, np.n
     """
     found = {}
     poses, channels = _candidates(study), study.pictures.sim.shape[1]
+    about = study.pictures.intrinsics, study.pictures.encoding, study.pictures.scale
     for name, picture in targets(*study.pictures.sim.shape[1:]).items():
-        print_of, intrinsics = picture[0].numpy(), study.pictures.intrinsics.numpy()
-        views = torch.from_numpy(np.stack([poses_of.seen(print_of, pose, intrinsics) for pose in poses]))
+        views = torch.from_numpy(
+            np.stack([poses_of.seen(picture[0].numpy(), pose, about[0].numpy()) for pose in poses])
+        )
         views = views.float()[:, None].expand(-1, channels, -1, -1).contiguous()
-        about = study.pictures.intrinsics, study.pictures.encoding, study.pictures.scale
         pictures = type(study.pictures)(views, views, torch.ones_like(views[:, :1]), *about)
         means = [pictures.predict(rival.values, range(len(poses))).mean for rival in rivals]
         squares = torch.stack([(mean - means[0]).square().mean((1, 2, 3)) for mean in means[1:]]).amin(0).numpy()

@@ -424,7 +424,7 @@ def _free_run(recording: JointRecording, hypothesis: Hypothesis) -> np.ndarray:
     none = np.zeros(int(source.max()))
     loads = -of_episodes(source, hypothesis.extra.get(OWN_BIAS, none))
     like = recording.command if recording.load_inertia is None else recording.load_inertia
-    recording = replace(recording, external=with_load(recording.external, like, loads))
+    recording = replace(recording, external=with_load(recording.external, like, loads[:, None]))
     zeros = of_episodes(source, hypothesis.extra.get(OWN_OFFSET, none))
     states = np.full((*recording.position.shape, 2), np.nan)
     for zero in np.unique(zeros):

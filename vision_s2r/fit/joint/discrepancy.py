@@ -29,7 +29,7 @@ class Discrepancy:
     command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
     shown: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # and back, exactly
-    load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, [E] or [E, T]
+    load: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> torque on the load, [E, 1] or [E, T]
     gain: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> factor [E, T] of the drive's torque
     zero: Callable[[np.ndarray], np.ndarray] | None = None  # coefficients -> more position offset, by episode
     step: np.ndarray = field(init=False)
@@ -78,27 +78,42 @@ COMMAND_KNOTS = 17  # closer together about 0, where drives are least proportion
 STILL = 0.05  # of the usual speed: dry friction turns around within about this
 
 
-def _of(name: str, axis: str) -> Callable[[JointTrack, JointScales], Discrepancy]:
-    """The drive's gain (`name` gain) or dry friction as a piecewise-linear function of what is measured."""
+def _gain_over(axis: str) -> Callable[[JointTrack, JointScales], Discrepancy]:
+    """The drive's gain as a piecewise-linear function of what is measured."""
 
     def build(track: JointTrack, scales: JointScales) -> Discrepancy:
-        value = np.nan_to_num(MEASURED[axis](track))
-        low, high, count = _places(track) if axis == "position" else (value.min(), value.max(), GAIN_KNOTS)
-        knots = np.linspace(low, max(high, low + 1e-9), count)
-        scale = 0.3 if name == "gain" else scales.peak_torque
-        bound = np.full(count, 0.9 if name == "gain" else 3 * scale)
-        called = (f"{name}_of_{axis}", count, scale, -bound, bound, np.full(count, 0.5 * scale))
+        value, knots = _along(axis, track)
+        bound, prior = np.full(len(knots), 0.9), np.full(len(knots), 0.15)
 
         def gain(heights: np.ndarray) -> np.ndarray:
             return 1 + np.interp(value, knots, heights)
 
-        def load(heights: np.ndarray) -> np.ndarray:
-            direction = np.tanh(np.nan_to_num(track.observed[..., 1]) / (STILL * scales.speed))
-            return -direction * np.interp(value, knots, heights)
-
-        return Discrepancy(*called, gain=gain) if name == "gain" else Discrepancy(*called, load=load)
+        return Discrepancy(f"gain_of_{axis}", len(knots), 0.3, -bound, bound, prior, gain=gain)
 
     return build
+
+
+def _friction_over(axis: str) -> Callable[[JointTrack, JointScales], Discrepancy]:
+    """Dry friction as a piecewise-linear function of what is measured."""
+
+    def build(track: JointTrack, scales: JointScales) -> Discrepancy:
+        value, knots = _along(axis, track)
+        against = -np.tanh(np.nan_to_num(track.observed[..., 1]) / (STILL * scales.speed))
+        bound, prior = (np.full(len(knots), times * scales.peak_torque) for times in (3, 0.5))
+
+        def load(heights: np.ndarray) -> np.ndarray:
+            return against * np.interp(value, knots, heights)
+
+        return Discrepancy(f"friction_of_{axis}", len(knots), scales.peak_torque, -bound, bound, prior, load=load)
+
+    return build
+
+
+def _along(axis: str, track: JointTrack) -> tuple[np.ndarray, np.ndarray]:
+    """What is measured [E, T], and knots over it."""
+    value = np.nan_to_num(MEASURED[axis](track))
+    low, high, count = _places(track) if axis == "position" else (value.min(), value.max(), GAIN_KNOTS)
+    return value, np.linspace(low, max(high, low + 1e-9), count)
 
 
 MEASURED: dict[str, Callable[[JointTrack], np.ndarray]] = {  # [E, T]
@@ -188,7 +203,13 @@ def _own_bias(track: JointTrack, scales: JointScales) -> Discrepancy:
     source = _source(track)
     bound = np.full(int(source.max()), scales.peak_torque)
     return Discrepancy(
-        OWN_BIAS, len(bound), scales.torque, -bound, bound, 0.25 * bound, load=lambda more: -of_episodes(source, more)
+        OWN_BIAS,
+        len(bound),
+        scales.torque,
+        -bound,
+        bound,
+        0.25 * bound,
+        load=lambda more: -of_episodes(source, more)[:, None],
     )
 
 
@@ -211,8 +232,8 @@ DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "input_nonlinearity": _gain,
     "drive_lag": _lag,
     "sensor_nonlinearity": _sensor,
-    **{f"gain_of_{axis}": _of("gain", axis) for axis in MEASURED},
-    **{f"friction_of_{axis}": _of("friction", axis) for axis in ("position", "time")},
+    **{f"gain_of_{axis}": _gain_over(axis) for axis in MEASURED},
+    **{f"friction_of_{axis}": _friction_over(axis) for axis in ("position", "time")},
     OWN_BIAS: _own_bias,
     OWN_OFFSET: _own_offset,
 }

@@ -24,7 +24,7 @@ class _Inputs:
     command: np.ndarray  # [E, N]
     measured: np.ndarray  # [E, T, 2], true states as far as they are measured
     sensor: tuple[tuple[Callable[[np.ndarray, np.ndarray], np.ndarray] | None, np.ndarray], ...] = ()
-    load: np.ndarray | None = None  # [E] or [E, T]
+    load: np.ndarray | None = None  # [E, 1] or [E, T]
     zero: np.ndarray | None = None  # [E]
     gain: np.ndarray | None = None  # [E, T]
 
@@ -130,7 +130,7 @@ class Observer:
                 given = replace(given, command=given.command * gain)
         if by.load:
             load = by.load(coefficients)[index]
-            given = replace(given, load=load if given.load is None else _added(given.load, load))
+            given = replace(given, load=load if given.load is None else given.load + load)
         if by.zero:
             given = replace(given, zero=by.zero(coefficients)[index])
         if by.measured:
@@ -140,10 +140,3 @@ class Observer:
                 targets = np.stack([given.command, given.command], axis=-1)
                 given = replace(given, command=by.measured(targets, coefficients)[..., 0])
         return given
-
-
-def _added(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """The sum of loads, each [E] or [E, T]."""
-    if one.ndim == other.ndim:
-        return one + other
-    return one + other[:, None] if one.ndim > other.ndim else one[:, None] + other

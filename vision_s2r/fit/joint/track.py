@@ -70,8 +70,8 @@ class EpisodeInputs:
     ) -> np.ndarray:
         """States [C, E, T, 2] of machines in these episodes, under another command if one is given.
 
-        `load` is a torque on the load beside all others, `gain` a factor of the drive's torque; both are constant [E],
-        or of each row of the track [E, T].
+        `load` is a torque on the load beside all others, constant [E, 1] or of each row of the track [E, T]; `gain`
+        [E, T] is a factor of the drive's torque.
         """
         external = None if self.external is None else self.external[episodes]
         inertia = None if self.load_inertia is None else self.load_inertia[episodes]
@@ -81,7 +81,7 @@ class EpisodeInputs:
             scale = more if scale is None else scale * more
         if load is not None:
             like = self.command[episodes] if inertia is None else inertia
-            load = load if load.ndim == 1 else _spread(load, self.command.shape[1], self.every)
+            load = load if load.shape[1] == 1 else _spread(load, self.command.shape[1], self.every)
             external = with_load(external, like, load)
         if observed is not None and self.every > 1:
             kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
@@ -196,10 +196,9 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
 
 
 def with_load(external: np.ndarray | None, like: np.ndarray, load: np.ndarray) -> np.ndarray:
-    """External torques [E, N·S] with `load` [E] or [E, N] more; where there are none, in the shape of `like`."""
+    """External torques [E, N·S] with `load` [E, 1] or [E, N] more; where there are none, in the shape of `like`."""
     external = np.zeros(like.shape) if external is None else external
-    load = load[:, None] if load.ndim == 1 else load
-    return external + (load if load.shape[1] == 1 else np.repeat(load, external.shape[1] // load.shape[1], axis=1))
+    return external + np.repeat(load, external.shape[1] // load.shape[1], axis=1)
 
 
 def _spread(values: np.ndarray, samples: int, every: int) -> np.ndarray:
