@@ -105,6 +105,14 @@ def test_an_arm_on_a_tilted_base_weighs_what_it_does_when_turned():
     np.testing.assert_allclose(weight, np.cos(0.2) * level.terms(pose, still)[1], rtol=1e-9)
 
 
+def test_an_arm_whose_encoder_is_off_weighs_what_it_does_where_it_is():
+    pose, moved, still = np.array([0.2, 0.7]), np.array([0.2, 0.6]), np.zeros(2)
+    off, right = the_bodies({"elbow.position_offset": {"value": 0.1}}), the_bodies()
+    for one, other in zip(off.terms(pose, still), right.terms(moved, still), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+    np.testing.assert_allclose(off.tip(pose[None]), right.tip(moved[None]), rtol=1e-9)
+
+
 def test_an_inertia_that_changes_is_integrated():
     nominal = NominalJoint(**DRIVE | {"coulomb_friction": 0.0, "command_limit": 100.0})
     load = 0.05 + 0.04 * np.sin(7 * T)

@@ -18,6 +18,7 @@ from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.arm.free_run import FreeRuns, free_run
 from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.fit.case import Experiment
+from vision_s2r.patch.arm import mjcf
 from vision_s2r.report.page import html
 from vision_s2r.report.reading import diagnosed, read_report, values
 
@@ -67,7 +68,8 @@ def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path)
 
 
 def test_a_tilted_base_is_found_over_all_joints_and_is_gravity_in_the_patch(tmp_path):
-    done = diagnose_arm(an_arm(whole={"base_tilt": {"roll": 0.0, "pitch": 0.06}}), QUICK)
+    arm = an_arm(whole={"base_tilt": {"roll": 0.0, "pitch": 0.06}})
+    done = diagnose_arm(arm, replace(QUICK, withhold=[*QUICK.withhold, "position_offset"]))
     report = done.to_dict()
     (effect,) = report["effects"]
     assert effect["name"] == "base_tilt" and "joint" not in effect and report["verdict"] == "explained"
@@ -78,6 +80,31 @@ def test_a_tilted_base_is_found_over_all_joints_and_is_gravity_in_the_patch(tmp_
     assert gravity[[0, 2]] == pytest.approx([9.81 * math.sin(0.06), -9.81 * math.cos(0.06)], rel=0.02)
     low, high = effect["parameters"]["roll"]["ci"]
     assert high - low > 0.01
+
+
+def test_an_encoder_that_is_off_is_found_over_all_joints_and_is_the_reference_in_the_patch(tmp_path):
+    recording = an_arm(whole={"elbow.position_offset": {"value": 0.08}})
+    done = diagnose_arm(recording, QUICK)
+    report = done.to_dict()
+    (effect,) = report["effects"]
+    assert (effect["joint"], effect["name"], report["verdict"]) == ("elbow", "position_offset", "explained")
+    assert effect["parameters"]["value"]["value"] == pytest.approx(0.08, rel=0.02)
+    done.save(tmp_path / "report")
+    again = replay(recording, values(diagnosed(report)), tmp_path, held_out=report["held_out"])
+    assert again["gap"]["after"] == report["gap"]["after"] < 0.5 * report["gap"]["before"]
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "report" / "patch" / "patched.xml"))
+    assert model.qpos0[1] == pytest.approx(0.08, rel=0.02) and model.jnt_range[1, 1] == pytest.approx(2.58, abs=0.01)
+    plain = mujoco.MjModel.from_xml_string(mjcf({}, recording))
+    moved = played(model, recording) - played(plain, recording)
+    asked = (free_run(recording, values(diagnosed(report))) - free_run(recording, {}))[0, ..., 0]
+    assert np.abs(moved - asked).mean() < 0.1 * np.abs(asked).mean()
+
+
+def test_a_first_joint_that_is_off_and_a_tilted_base_are_said_to_be_one():
+    report = diagnose_arm(an_arm(whole={"shoulder.position_offset": {"value": -0.06}}), QUICK).to_dict()
+    assert [(each["joint"], each["name"]) for each in report["effects"]] == [("shoulder", "position_offset")]
+    (tilt,) = (each for each in report["candidates"] if each["name"] == "base_tilt")
+    assert tilt["status"] == "undecided" and tilt["confusable_with"] == ["shoulder.position_offset"]
 
 
 def test_what_torque_columns_are_beside_the_simulator_is_said():

@@ -33,6 +33,9 @@ def test_a_right_arm_is_simulated_alike_and_a_wrong_one_is_not(tmp_path, short, 
     answer, wrong = drawn("single", arm.FIRST.index("payload"), tmp_path / "payload")
     gap, left = (np.sqrt(np.nanmean(gap_errors(wrong, free_run(wrong, effects)))) for effects in ({}, answer.effects))
     assert list(answer.effects) == ["payload"] and left < 1.5 * arm.NOISE < 2e-3 < gap
+    answer, off = drawn("single", arm.FIRST.index("position_offset"), tmp_path / "position_offset")
+    gap, left = (np.sqrt(np.nanmean(gap_errors(off, free_run(off, effects)))) for effects in ({}, answer.effects))
+    assert len(answer.effects) == 1 and left < 1.5 * arm.NOISE < 1e-3 < gap
 
 
 @pytest.mark.parametrize("name", arm_bodies.SHIPPED)

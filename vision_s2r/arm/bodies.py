@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from vision_s2r.arm import rigid
-from vision_s2r.arm.effect import BASE_TILT, PAYLOAD, tilted
+from vision_s2r.arm.effect import BASE_TILT, OFFSET, PAYLOAD, tilted
 from vision_s2r.arm.model import CARRIED, WEIGHTLESS, ArmModel
 
 
@@ -19,12 +19,13 @@ class Bodies:
         joints: Sequence[str],
         hold: Mapping[str, float],
         tip: str | None = None,
-        whole: Mapping[str, Mapping[str, float]] | None = None,
+        effects: Mapping[str, Mapping[str, float]] | None = None,
     ) -> None:
-        """`whole`: effects of the whole arm, by name."""
+        """`effects`: those that change the bodies, by name."""
+        effects = effects or {}
         spec = model.spec.copy()
         last = spec.body(model.body_of(tip, list(joints)))
-        given = (whole or {}).get(PAYLOAD) or {"mass": WEIGHTLESS, "x": 0.0, "y": 0.0, "z": 0.0}
+        given = effects.get(PAYLOAD) or {"mass": WEIGHTLESS, "x": 0.0, "y": 0.0, "z": 0.0}
         last.add_body(
             name=CARRIED,
             pos=[given["x"], given["y"], given["z"]],
@@ -35,14 +36,17 @@ class Bodies:
         )
         self._model = spec.compile()
         self._model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-        if BASE_TILT in (whole or {}):
-            self._model.opt.gravity = tilted(self._model.opt.gravity, **(whole or {})[BASE_TILT])
+        if BASE_TILT in effects:
+            self._model.opt.gravity = tilted(self._model.opt.gravity, **effects[BASE_TILT])
         self._data = mujoco.MjData(self._model)
         for name, value in hold.items():
             self._data.qpos[self._model.joint(name).qposadr[0]] = value
         self._model.dof_armature[:] = 0.0  # the rotor's is the drive's
         at = np.array([self._model.joint(name).qposadr[0] for name in joints])
         degree = np.array([self._model.joint(name).dofadr[0] for name in joints])
+        shown = np.array([effects.get(f"{name}.{OFFSET}", {"value": 0.0})["value"] for name in joints])
+        self._model.qpos0[at] += shown  # bodies are where positions less these put them
+        self._model.qpos_spring[at] += shown
         springs = (np.array([self._model.joint(name).stiffness[0] for name in joints]), self._model.qpos_spring[at])
         every = self._model.nv
         views = (self._data.qpos, self._data.qvel, at, degree, *springs, np.zeros((every, every)), np.zeros(every))

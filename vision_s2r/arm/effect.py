@@ -7,7 +7,7 @@ import numpy as np
 from vision_s2r.effects import Effect, Parameter, Registry
 from vision_s2r.joint import JOINT_EFFECTS
 
-PAYLOAD, BASE_TILT = "payload", "base_tilt"
+PAYLOAD, BASE_TILT, OFFSET = "payload", "base_tilt", "position_offset"
 WHOLE: Registry[Effect] = Registry("arm")  # of no single joint
 
 
@@ -41,6 +41,11 @@ def tilted(gravity: np.ndarray, roll: float, pitch: float) -> np.ndarray:
     (cr, sr), (cp, sp) = ((math.cos(angle), math.sin(angle)) for angle in (roll, pitch))
     turn = np.array([[cp, 0.0, sp], [0.0, 1.0, 0.0], [-sp, 0.0, cp]]) @ [[1.0, 0.0, 0.0], [0.0, cr, -sr], [0.0, sr, cr]]
     return np.asarray(turn.T @ gravity)
+
+
+def of_bodies(name: str) -> bool:
+    """Whether an effect of an arm changes its bodies, as all see them, rather than one joint's drive."""
+    return name in WHOLE or name.endswith(f".{OFFSET}")
 
 
 ARM_EFFECTS = WHOLE | JOINT_EFFECTS

@@ -1,7 +1,8 @@
 """An arm, diagnosed joint by joint, with what is common to all joints; and how far its whole free run is off.
 
-Each joint is searched as any joint is, under the load of the others. A payload and a tilted base are tried over all of
-them at once, and one is kept where it leaves fewer joints unexplained, or needs fewer names, than the joints alone.
+Each joint is searched as any joint is, under the load of the others. A payload, a tilted base and each hinge's zero are
+tried over all of them at once, and one is kept where it leaves fewer joints unexplained, or needs fewer names, than the
+joints alone.
 """
 
 from collections.abc import Mapping
@@ -9,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from vision_s2r.arm.effect import ARM_EFFECTS
+from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET
 from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_report import SettledArm, commands, held_out, report
 from vision_s2r.diagnose.borne_out import idle
@@ -19,6 +20,7 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.payload import PayloadForm
+from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.arm.whole import FoundWhole, WholeFit, WholeForm, sharpened
 from vision_s2r.fit.case import Experiment, Values
@@ -31,10 +33,12 @@ from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.arm import figures
 from vision_s2r.report.drawing import Figures
 
-NOT_OF_ARMS = ("gravity_torque", "position_offset")  # the bodies' weight is the model's
+NOT_OF_ARMS = ("gravity_torque", OFFSET)  # of its joints alone: the bodies' weight is the model's
 REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before effects of the whole arm are tried
 LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this part of its mean squared error
 MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
+RIVALS = 3  # of these that the joints are searched beside
+ALIKE = 1.03  # times what the best of them leaves, and another one is not told from it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,17 +77,27 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
 
 
 def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
-    """The joints with the effect of the whole arm that they need, if any; the one that explains most is tried first."""
+    """The joints with the effect of the whole arm that they need, if any.
+
+    The one that explains most is tried first; of several that say the same, the one of fewest parameters.
+    """
     recording, moved = runs.recording, motions(runs, {})
     servos = all(joint.servo for joint in recording.joints.values())
     fits = {form: WholeFit(recording, moved, form) for form in _forms(recording, cfg) if servos}
     off = max((int((fit.before > REMARKABLE).sum()) for fit in fits.values()), default=0)
     found = [(form, fit.fit()) for form, fit in fits.items() if off]
-    likely = sorted(((form, each) for form, each in found if each.share >= MUCH), key=lambda pair: -pair[1].share)
+    least = min((each.left for _, each in found), default=0.0)
+    alike = [form.name for form, each in found if each.left <= ALIKE * least]
+    likely = sorted(
+        ((form, each) for form, each in found if each.share >= MUCH),
+        key=lambda pair: (pair[0].name not in alike, len(pair[0].start) * (pair[0].name in alike), -pair[1].share),
+    )
     tried = []
-    for form, each in likely:
+    for form, each in likely[:RIVALS]:
+        same = tuple(name for name in alike if form.name in alike and name != form.name)
         nearer = WholeFit(recording, motions(runs, each.values), form).fit()  # by the motion of such an arm
-        tried.append(_under(sharpened(runs, form, nearer), runs, cfg, jobs))
+        settled = _under(sharpened(runs, form, nearer), runs, cfg, jobs)
+        tried.append(replace(settled, alike=same))
         if tried[-1].cost == (0, 1) and off > 1:
             return tried[-1]
     return min([*tried, _under(None, runs, cfg, jobs)], key=lambda settled: settled.cost)
@@ -94,6 +108,8 @@ def _forms(recording: ArmRecording, cfg: DiagnoseConfig) -> list[WholeForm]:
     forms: list[WholeForm] = [PayloadForm()]
     if gravity.any():
         forms.append(BaseTiltForm(gravity))
+        hinges = [name for name, joint in recording.joints.items() if joint.units == "rotary"]
+        forms += [PositionOffsetForm(name) for name in hinges if OFFSET not in cfg.withhold]
     return [form for form in forms if form.name not in cfg.withhold]
 
 

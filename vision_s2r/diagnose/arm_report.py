@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.arm.effect import ARM_EFFECTS, WHOLE
+from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET, WHOLE
 from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
@@ -35,6 +35,7 @@ class SettledArm:
     whole: FoundWhole | None
     problems: Problems
     parts: dict[str, Diagnosis]
+    alike: tuple[str, ...] = ()  # effects that say the same of all joints
     idle: frozenset[str] = frozenset()  # effects of joints that the free run of the whole arm does not bear out
 
     @property
@@ -126,6 +127,7 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
         share = gap.share(np.asarray((errors.before - errors.loaded).mean(axis=1)))
         told.effects.append(_of_whole(settled.whole, share))
     told.candidates.extend(_whole_line(settled, effect.name) for effect in WHOLE)
+    told.candidates.extend(_whole_line(settled, OFFSET, name) for name in parts)
     rest = gap.share(gap.after - gap.floor)
     weights = {name: errors.weight(j) for j, name in enumerate(parts)}
     return {
@@ -246,25 +248,31 @@ def _weighed(effect: Mapping[str, Any], weight: float) -> Share:
 
 
 def _of_whole(found: FoundWhole, share: Share) -> dict[str, Any]:
-    units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[found.name].parameters}
+    joint, _, name = found.name.rpartition(".")
+    units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[name].parameters}
     return {
-        "name": found.name,
+        "name": name,
+        **({"joint": joint} if joint else {}),
         "source": "dynamics",
         "share": share.value,
         "ci": list(share.ci),
         "evidence": found.evidence,
         "parameters": {
-            name: {"value": value, "unit": units[name], "ci": list(found.ci[name])}
-            for name, value in found.parameters.items()
+            key: {"value": value, "unit": units[key], "ci": list(found.ci[key])}
+            for key, value in found.parameters.items()
         },
     }
 
 
-def _whole_line(settled: SettledArm, name: str) -> dict[str, Any]:
-    found = settled.whole if settled.whole and settled.whole.name == name else None
-    status = "absent" if found is None else "present"
+def _whole_line(settled: SettledArm, name: str, joint: str | None = None) -> dict[str, Any]:
+    own = name if joint is None else label(name, joint)
+    found = settled.whole if settled.whole and settled.whole.name == own else None
+    rival = settled.whole is not None and own in settled.alike
+    status = "present" if found else "undecided" if rival else "absent"
     evidence = 0.0 if found is None else found.evidence
-    return {"name": name, "status": status, "evidence": evidence, "confusable_with": []}
+    others = settled.alike if found else (settled.whole.name,) if settled.whole and rival else ()
+    said = {"name": name, "status": status, "evidence": evidence, "confusable_with": list(others)}
+    return said if joint is None else said | {"joint": joint}
 
 
 def _of_run(verdict: str, named: bool, idle_names: bool, adequate: bool) -> str:

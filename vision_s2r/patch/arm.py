@@ -4,7 +4,7 @@ import math
 
 import mujoco
 
-from vision_s2r.arm.effect import ARM_EFFECTS, BASE_TILT, PAYLOAD, tilted
+from vision_s2r.arm.effect import ARM_EFFECTS, BASE_TILT, OFFSET, PAYLOAD, tilted
 from vision_s2r.arm.model import CARRIED, ArmModel
 from vision_s2r.effects import summary
 from vision_s2r.fit.arm.free_run import effects_of
@@ -70,6 +70,9 @@ def _drive(spec: mujoco.MjSpec, name: str, recording: JointRecording, found: Val
     joint.damping = [nominal["viscous_damping"], 0.0, 0.0]
     joint.frictionloss = nominal["coulomb_friction"]
     joint.actfrclimited = False  # the limit is the actuator's
+    if OFFSET in found:
+        more = math.degrees(found[OFFSET]["value"]) if spec.compiler.degree else found[OFFSET]["value"]
+        joint.ref, joint.springref, joint.range = joint.ref + more, joint.springref + more, joint.range + more
     for actuator in list(spec.actuators):
         if actuator.target == name:
             spec.delete(actuator)
@@ -84,7 +87,7 @@ def _drive(spec: mujoco.MjSpec, name: str, recording: JointRecording, found: Val
         if "latency" in found:
             actuator.delay = found["latency"]["delay"]
             actuator.nsample = math.ceil(actuator.delay / min(FINE, spec.option.timestep)) + 1
-    written = {*EXPRESSED, "torque_saturation", "latency"} if recording.servo else set(EXPRESSED)
+    written = {*EXPRESSED, OFFSET, *(("torque_saturation", "latency") if recording.servo else ())}
     return [
         f"{each} ({', '.join(f'{key} {x:.6g}' for key, x in given.items())}): {summary(ARM_EFFECTS[each])}"
         for each, given in found.items()

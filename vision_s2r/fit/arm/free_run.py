@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.bodies import Bodies
-from vision_s2r.arm.effect import WHOLE
+from vision_s2r.arm.effect import of_bodies
 from vision_s2r.arm.model import opened
 from vision_s2r.arm.simulate import ArmRun, simulate
 from vision_s2r.fit.case import Values
@@ -77,14 +77,14 @@ def free_run(recording: ArmRecording, effects: Values) -> np.ndarray:
 
 
 def bodies_of(recording: ArmRecording, effects: Values) -> Bodies:
-    """The recording's bodies, with those effects that are of the whole arm."""
+    """The recording's bodies, with those effects that change them."""
     model = opened(recording.model)
     return Bodies(model, list(recording.joints), recording.hold, recording.tip, of_whole(effects))
 
 
 def of_whole(effects: Values) -> dict[str, Mapping[str, float]]:
-    """Of the effects of an arm, those of no single joint."""
-    return {name: values for name, values in effects.items() if name in WHOLE}
+    """Of the effects of an arm, those that change its bodies."""
+    return {name: values for name, values in effects.items() if of_bodies(name)}
 
 
 def effects_of(joint: str, effects: Values) -> dict[str, dict[str, float]]:

@@ -60,6 +60,7 @@ class RoughWhole:
     point: np.ndarray  # [K]
     values: Values
     share: float  # the part of what is over the noise that it explains
+    left: float  # mean square that it leaves, in units of the noise's variance
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ class WholeFit:
         values = form.values(found.x)
         after = np.mean(self._residuals(values) ** 2, axis=1)
         share = float((self.before - after).sum() / max((self.before - 1).sum(), 1e-12))
-        return RoughWhole(found.x, {form.name: values}, share)
+        return RoughWhole(found.x, {form.name: values}, share, float(after.mean()))
 
 
 def sharpened(runs: FreeRuns, form: WholeForm, rough: RoughWhole) -> FoundWhole:

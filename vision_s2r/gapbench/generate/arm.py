@@ -10,7 +10,7 @@ import yaml
 
 from vision_s2r.gapbench.generate import arm_bodies
 from vision_s2r.gapbench.generate.arm_bodies import ArmBodies
-from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads, run
+from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads, run, weight_by_joint
 from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine
 
@@ -18,7 +18,8 @@ CASES = ("null", "single", "pair", "unknown")
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 SECOND = ("latency", "proportional_gain", "torque_saturation", "viscous_damping", "deadband", "coulomb_friction")
-FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt")
+FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt", "position_offset")
+FELT = 0.5  # of what the offset of any joint does to weights, that the offset of one is to do
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,10 @@ def _with_effects(
             real, effects[name] = Real(bodies, payload), dict(zip(("mass", "x", "y", "z"), payload, strict=True))
         elif name == "base_tilt":
             real, effects[name] = _tilted(bodies, rng)
+        elif name == "position_offset":
+            j = rng.choice(_felt(bodies))
+            value = float(rng.uniform(0.05, 0.15) * rng.choice([-1, 1]))
+            truth[j], effects[f"{bodies.joints[j]}.{name}"] = replace(truth[j], offset=value), {"value": value}
         else:
             truth[j], parameters = with_effect(name, truth[j], rng)
             effects[f"{bodies.joints[j]}.{name}"] = parameters
@@ -82,6 +87,12 @@ def _tilted(bodies: ArmBodies, rng: np.random.Generator) -> tuple[Real, dict[str
         GRAVITY * np.sin(pitch), -GRAVITY * np.cos(pitch) * np.sin(roll), -GRAVITY * np.cos(pitch) * np.cos(roll)
     )  # fmt: skip
     return Real(bodies, gravity=gravity), {"roll": roll, "pitch": pitch}
+
+
+def _felt(bodies: ArmBodies) -> list[int]:
+    """Joints whose weights say where their zero is: one that turns about the vertical says nothing."""
+    change = weight_by_joint(bodies)
+    return [int(j) for j in np.flatnonzero(change >= FELT * change.max())]
 
 
 def drawn_payload(bodies: ArmBodies, rng: np.random.Generator) -> tuple[float, ...]:

@@ -32,6 +32,7 @@ class Servo:
     delay: float = 0.0  # s
     deadband: float = 0.0  # rad
     velocity_limit: float = np.inf  # rad/s
+    offset: float = 0.0  # rad, by which its encoder shows more
     unknown: Torque | None = None
 
 
@@ -54,8 +55,8 @@ class Loads:
 
 
 @contextmanager
-def _loaded(real: Real) -> Iterator[tuple[int, int, list[int]]]:
-    """A client, the arm in it, and its driven joints, at home and without the engine's own damping."""
+def _loaded(real: Real, offsets: Sequence[float] | None = None) -> Iterator[tuple[int, int, list[int]]]:
+    """A client, the arm in it, and its driven joints, where encoders show home, without the engine's own damping."""
     client = pybullet.connect(pybullet.DIRECT)
     try:
         pybullet.setGravity(*real.gravity, physicsClientId=client)
@@ -71,8 +72,8 @@ def _loaded(real: Real) -> Iterator[tuple[int, int, list[int]]]:
                 body, k, linearDamping=0, angularDamping=0, jointDamping=0, physicsClientId=client
             )  # fmt: skip
         joints = [names[name] for name in real.bodies.joints]
-        for j, home in zip(joints, real.bodies.home, strict=True):
-            pybullet.resetJointState(body, j, home, physicsClientId=client)
+        for j, home, more in zip(joints, real.bodies.home, offsets or [0.0] * len(joints), strict=True):
+            pybullet.resetJointState(body, j, home - more, physicsClientId=client)
         yield client, body, joints
     finally:
         pybullet.disconnect(physicsClientId=client)
@@ -92,11 +93,22 @@ def loads(real: Real, rng: np.random.Generator) -> Loads:
     return Loads(own, largest.sum(axis=1) - own, np.abs(weights).max(axis=0))
 
 
+def weight_by_joint(bodies: ArmBodies) -> np.ndarray:
+    """What a turn of each joint [J] from home changes at most in the weight on any of them, N·m/rad."""
+    turn, still = 0.1, [0.0] * len(bodies.home)
+    with _loaded(Real(bodies)) as (client, body, _):
+        weights = [
+            np.array(pybullet.calculateInverseDynamics(body, list(pose), still, still, physicsClientId=client))
+            for pose in (bodies.home, *(np.array(bodies.home) + turn * np.eye(len(still))))
+        ]
+    return np.abs(np.array(weights[1:]) - weights[0]).max(axis=1) / turn
+
+
 def run(real: Real, servos: Sequence[Servo], commands: np.ndarray, rate: float) -> np.ndarray:
     """Positions [T, J] (rad) at `rate` Hz of an arm that starts at rest at home and is told `commands` [T, J]."""
     inner = int(np.ceil(1 / rate / STEP - 1e-9))
     step = 1 / rate / inner
-    with _loaded(real) as (client, body, joints):
+    with _loaded(real, [servo.offset for servo in servos]) as (client, body, joints):
         pybullet.setTimeStep(step, physicsClientId=client)
         for j, servo in zip(joints, servos, strict=True):
             pybullet.setJointMotorControl2(
@@ -122,12 +134,15 @@ def _stepped(
     for k, command in enumerate(commands.tolist()):
         # A force acts half a step to either side of the position that it is given at: rows are half a step back.
         rows = pybullet.getJointStates(body, joints, physicsClientId=client)
-        out[k] = [position - 0.5 * step * velocity for position, velocity, *_ in rows]
+        out[k] = [
+            position - 0.5 * step * velocity + servo.offset
+            for servo, (position, velocity, *_) in zip(servos, rows, strict=True)
+        ]
         for _ in range(inner):
             states = pybullet.getJointStates(body, joints, physicsClientId=client)
             forces = []
             for j, servo in enumerate(servos):
-                position, newest = states[j][0], states[j][1]
+                position, newest = states[j][0] + servo.offset, states[j][1]
                 sent[j].append(command[j])
                 asked = sent[j].popleft()
                 fastest = servo.velocity_limit * step

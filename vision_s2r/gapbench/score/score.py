@@ -113,7 +113,9 @@ def _declared(report: Mapping[str, Any], named: set[str], required: set[str]) ->
     """Whether the report itself says that what it names wrongly may be what it does not name."""
     missing, extra = required - named, named - required
     status = {
-        label(line): {label({**line, "name": each}) for each in line.get("confusable_with", ())}
+        label(line): {
+            found for each in line.get("confusable_with", ()) for found in (each, label({**line, "name": each}))
+        }
         for line in report["candidates"]
     }
     declared = [status.get(name, set()) & named for name in missing]
