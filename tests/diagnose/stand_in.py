@@ -41,6 +41,7 @@ class Curves:
     certain: Mapping[str, float] = field(default_factory=dict)
     not_excited: Mapping[str, str] = field(default_factory=dict)
     sharp: bool = True
+    replaced: Mapping[str, float] = field(default_factory=dict)
     unsteady = ""
     allowance: float = 0.0
     rough: Names = frozenset()

@@ -90,7 +90,8 @@ def test_where_the_gap_is_noise_a_share_that_may_be_nothing_gets_no_name() -> No
 
 def test_where_the_gap_is_noise_an_effect_that_few_episodes_show_plainly_has_its_name() -> None:
     shown = np.array([1.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-    found = diagnosed(recording(1) + shown[:, None] * recording(0, noise=0.0, wave=0.077), shown=shown)
+    few = recording(1) + shown[:, None] * recording(0, noise=0.0, wave=0.077)
+    found = diagnosed(few, shown=shown, reach=0.02)
     assert names(found) == {"wave"} and found["effects"][0]["ci"][0] < 0.01
 
 
@@ -190,3 +191,9 @@ def test_silent_effects_are_not_excited_and_certain_ones_always_present() -> Non
 def test_the_same_seed_gives_the_same_report() -> None:
     y = recording(8, wave=0.2, slope=0.1)
     assert diagnosed(y) == diagnosed(y)
+
+
+@pytest.mark.parametrize(("reach", "named"), [(0.2, ["step"]), (0.6, [])])
+def test_an_effect_whose_size_may_be_nothing_beside_nominal_values_has_no_name(reach: float, named: list[str]) -> None:
+    report = diagnosed(recording(3, step=0.5), reach=reach)
+    assert [effect["name"] for effect in report["effects"]] == named

@@ -108,7 +108,8 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
         share, firm = settled.share(name), name in settled.firm
         little = is_slight(share) and (firm or not _needed(assessor, found, name))
         vague = _open(found) and case.guessed and not _known(case, found.final, name)
-        if little or _of_noise(assessor, found, name, share) or vague:
+        vain = bool(case.refitted) and name not in case.refitted and _as_believed(case, found.final, name)
+        if little or _of_noise(assessor, found, name, share) or vague or vain:
             weak.append(name)
     return weak
 
@@ -236,6 +237,15 @@ def _known(case: Case, of: Assessment, name: str) -> bool:
     """Whether it is known how large an effect is: at least one of its parameters, within a factor of WIDE."""
     intervals = np.array(list(case.intervals(of.hypothesis)[name].values()))
     return bool((intervals.prod(axis=1) * WIDE > (intervals**2).max(axis=1)).any())
+
+
+def _as_believed(case: Case, of: Assessment, name: str) -> bool:
+    """Whether each parameter of an effect may well be what the simulator had: nominal values do all of its work."""
+    intervals = case.intervals(of.hypothesis)[name]
+    had = {each.name: each.neutral for each in case.library[name].parameters}
+    had |= {"value": case.replaced[name]} if name in case.replaced else {}
+    kept = [(low, had[key], high) for key, (low, high) in intervals.items()]
+    return all(value is not None and low <= value <= high for low, value, high in kept)
 
 
 def _beside(case: Case, assessor: Assessor, simulator: Simulator, name: str) -> np.ndarray:

@@ -63,6 +63,7 @@ class CameraCase:
 
     kind = "camera"
     sharp = True
+    replaced: Mapping[str, float] = {}
     rough: Names = frozenset()
     guessed: Names = frozenset()
     refitted: Names = frozenset()

@@ -40,6 +40,7 @@ class ContactCase:
 
     kind = "contact"
     sharp = False
+    replaced: Mapping[str, float] = {}
     refitted: Names = frozenset()  # a wrong coefficient is an effect as any other
     unsteady = ""
     allowance = 0.0

@@ -4,7 +4,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -82,6 +82,7 @@ class JointCase:
         derived = grid is not None and _is_derived(recording)
         self.track: JointTrack = make_track(recording, derived)
         self.segments = self.track.count
+        self.replaced: Mapping[str, float] = asdict(self.track.nominal)
         self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
         # A servo's torque is known to nobody, and its constants are copied from elsewhere; a weight was weighed.
         weighed = {"gravity_torque"} if recording.nominal.get("gravity_torque") else set()

@@ -57,6 +57,7 @@ class UnpairedCase:
 
     kind = "camera"
     sharp = True
+    replaced: Mapping[str, float] = {}
     unsteady = ""
     allowance = 0.0
     rough: Names = frozenset()
