@@ -72,7 +72,7 @@ class Search:
         for size in range(1, self._cfg.most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
-            children = self._children(beam, size)
+            children = self._settled(size, best) or self._children(beam, size)
             if not children:
                 break
             beam = children[: self._cfg.beam]
@@ -83,6 +83,17 @@ class Search:
             else:
                 break
         return best
+
+    def _settled(self, size: int, best: Assessment) -> list[Assessment]:
+        """Proposed sets of this size that leave nothing, the best first; then no rivals are grown."""
+        if self._cfg.hidden:
+            return []
+        found = self._assessor.assess([(names, NOMINAL) for names in self._proposed(size)])
+        enough = [each for each in found if self._assessor.adequate(each) and self._assessor.worth(each, best)]
+        return sorted(enough, key=lambda each: -each.score)
+
+    def _proposed(self, size: int) -> list[Names]:
+        return [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
 
     def _promising(self, found: Assessment) -> list[str]:
         """Effects that may still gain something."""
@@ -101,7 +112,6 @@ class Search:
 
         What several parents lead to starts from the likeliest of them.
         """
-        proposed = [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
         grown = []
         for place, parent in enumerate(beam, start=1):
             gains = self._gains(parent)
@@ -109,10 +119,13 @@ class Search:
             grown += [(parent, name) for name in promising]
         likely = self._assessor.fit((parent.names, parent.hypothesis) for parent in beam)
         grown.sort(key=lambda each: -likely[each[0].names])
-        wanted = [(names, NOMINAL) for names in proposed]
+        wanted = [(names, NOMINAL) for names in self._proposed(size)]
         wanted += [(parent.names | {name}, parent.hypothesis) for parent, name in grown]
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))
+        if not self._cfg.hidden and self._assessor.adequate(beam[0]):  # held out, less is gained than in the fit
+            least = likely[beam[0].names] + self._cfg.evidence
+            scores = {names: score for names, score in scores.items() if score > least}
         best = sorted(scores, key=lambda names: -scores[names])[: self._cfg.contenders]
         return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
 
