@@ -139,7 +139,7 @@ class Search:
             for name in sorted(found.names - self._base)
             for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
         ]
-        rivals = [found, *self._assessor.assess(swaps)]
+        rivals = [found, *self._assessor.rivals(swaps, found)]
         best = max(rivals, key=lambda assessment: assessment.score)
         simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
@@ -196,26 +196,15 @@ class Search:
         return grown if self._assessor.adequate(grown) else rival
 
     def _beside(self, found: Assessment) -> Assessment:
-        """With the likeliest flexible unknown that it has not; as it is where it has them all.
-
-        Where there are many forms, those that promise most are tried. Else twice as many as contenders of a size are
-        held out: what is flexible likes what it was fitted to.
-        """
-        names = sorted(self._discrepancies - found.names)
-        if self._cfg.known:
-            return self._likeliest(found, names)
-        scores = self._assessor.fit((found.names | {name}, found.hypothesis) for name in names)
-        likely = sorted(scores, key=lambda each: -scores[each])[: 2 * self._cfg.contenders]
-        return self._best([(each, found.hypothesis) for each in likely], found)
+        """With the likeliest flexible unknown that it has not; as it is where it has them all."""
+        return self._likeliest(found, sorted(self._discrepancies - found.names))
 
     def _likeliest(self, found: Assessment, names: list[str]) -> Assessment:
         """With the likeliest on held-out data of these names, of which the most promising are tried."""
         gains = self._case.screen(found.hypothesis, names)
         promising = sorted(names, key=lambda name: -gains[name])[:TRIED]
-        return self._best([(found.names | {name}, found.hypothesis) for name in promising], found)
-
-    def _best(self, wanted: list[tuple[Names, Hypothesis]], default: Assessment) -> Assessment:
-        return max(self._assessor.assess(wanted), key=lambda assessment: assessment.score, default=default)
+        tried = self._assessor.assess([(found.names | {name}, found.hypothesis) for name in promising])
+        return max(tried, key=lambda assessment: assessment.score, default=found)
 
     def _known_beside(self, found: Assessment) -> Assessment | None:
         """With an effect beside the unknowns that were found, where one is worth its name there and is no stand-in."""

@@ -21,11 +21,11 @@ NOISE = {"read_noise", "shot_noise"}
 MANY = 2 * FRAMES
 
 
-def seen(sim: torch.Tensor, real: torch.Tensor) -> CameraRecording:
-    """Pairs of these pictures [N, 3, H, W], with half a grey level of noise, rounded."""
-    noise = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * 0.5 / 255
+def seen(sim: torch.Tensor, real: torch.Tensor, noise: float = 0.5) -> CameraRecording:
+    """Pairs of these pictures [N, 3, H, W], with noise (grey levels), rounded."""
+    random = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * noise / 255
     pair = [
-        each.clamp(0, 1).mul(255).round().permute(0, 2, 3, 1).numpy() / np.float32(255) for each in (sim, real + noise)
+        each.clamp(0, 1).mul(255).round().permute(0, 2, 3, 1).numpy() / np.float32(255) for each in (sim, real + random)
     ]
     names = tuple(f"{k:04d}" for k in range(len(sim)))
     return replace(recorded(), sim=pair[0], real=pair[1], names=names, real_names=names)
@@ -186,3 +186,9 @@ def test_a_picture_that_is_sharper_asks_for_no_blur() -> None:
     case = opened(seen(soft, soft + 0.5 * (soft - F.avg_pool2d(F.pad(soft, (1,) * 4, mode="replicate"), 3, 1))))
     gains = case.screen(case.fit(frozenset(), range(MANY), None), ["defocus_blur", "exposure"])
     assert gains["defocus_blur"] == 0 and case.screen(Hypothesis(), ["defocus_blur"]) == {"defocus_blur": 0}
+
+
+def test_few_levels_are_no_noise() -> None:
+    found = diagnose(seen(many(), (many() * 20).round() / 20, 0.0), DiagnoseConfig()).to_dict()
+    assert not found["effects"] and found["verdict"] == "unexplained"
+    assert "fewer levels than the values have bits for" in found["unexplained"]["resembles"]

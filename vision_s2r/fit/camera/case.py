@@ -577,6 +577,8 @@ class CameraCase:
         stage = CAMERA_FITS[name].stage
         if stage in APART:
             return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
+        if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
+            return bool(hypothesis.extra["levels"].coefficients.size)
         found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         axes = EVERY if stage in ("light", "tone") else GEOMETRIC
