@@ -12,7 +12,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.appearance import PICTURE_EFFECTS, is_appearance
+from vision_s2r.appearance import PICTURE_EFFECTS, Scene, is_appearance
 from vision_s2r.appearance.apply import after, in_order, passed
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.effect import CameraEffect, Frame, Interpolation
@@ -155,7 +155,7 @@ class Pictures:
         `stages` is searched for what has been passed already, and with `keep` remembers this pass.
         """
         pictures, light = chosen(self.sim, segments), False
-        scene: Surfaces | None = None
+        scene: Scene | None = None
         if self.surfaces is not None and any(is_appearance(name) for name in values):
             scene = self.surfaces.of(segments)
         key: tuple[object, ...] = ()
