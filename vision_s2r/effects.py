@@ -98,6 +98,12 @@ class Effect:
             neutral = neutral & switch
         return neutral
 
+    @property
+    def one_sided(self) -> bool:
+        """Whether it can only grow from nothing: what switches it may be no less than neutral."""
+        switches = [p for p in self.parameters if not (p.neutral is None or p.optional)]
+        return bool(switches) and all(p.neutral == p.low for p in switches)
+
     def moderate(self) -> dict[str, float]:
         """The effect at a plainly visible setting."""
         return {p.name: p.moderate for p in self.parameters}

@@ -170,6 +170,16 @@ def test_an_effect_that_does_what_an_unknown_cannot_stands_beside_it() -> None:
     assert names(found) == {"step"} and found["verdict"] == "partly_explained"
 
 
+def test_where_a_proposed_set_leaves_nothing_no_rivals_of_its_size_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Curves, "proposals", lambda self: [frozenset({"wave"})])
+    assessed = []
+    for hidden in (True, False):
+        assessor = Assessor(Curves(recording(5, wave=0.5)), SearchConfig(hidden=hidden), jobs=1, seed=0)
+        assert Search(assessor.case, assessor).run().effects == {"wave"}
+        assessed.append(len(assessor.assessed))
+    assert assessed[1] < assessed[0]
+
+
 def test_a_small_rest_is_explained_only_beside_an_effect_of_a_rough_form() -> None:
     y = recording(9, wave=2.0, other=0.15 * np.sin(40 * np.pi * T))
     assert diagnosed(y)["verdict"] == "partly_explained"

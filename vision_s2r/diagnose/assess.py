@@ -11,6 +11,7 @@ from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
 
+HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
 ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
 
 
@@ -35,7 +36,11 @@ class Assessment:
 
         The geometric mean over segments: one in which something else goes wrong does not drown the others.
         """
-        return float(np.exp(np.log(self.excess.clip(1e-12)).mean())) - 1
+        return _rest(self.excess)
+
+
+def _rest(excess: np.ndarray) -> float:
+    return float(np.exp(np.log(excess.clip(1e-12)).mean())) - 1
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,17 @@ class Assessor:
         for (names,), result in zip(new, self._parallel(self._hold_out, new), strict=True):
             self._assessed[names] = result
         return [self._assessed[names] for names, _ in wanted]
+
+    def rivals(self, wanted: Iterable[tuple[Names, Hypothesis]], found: Assessment) -> list[Assessment]:
+        """Sets with their scores that may be as good as `found`: hopeless ones are not held out."""
+        wanted = list(wanted)
+        if self.adequate(found):
+            self.fit(wanted)
+            wanted = [each for each in wanted if self._left(self._fitted[each[0]][0]) <= HOPELESS]
+        return self.assess(wanted)
+
+    def _left(self, hypothesis: Hypothesis) -> float:
+        return _rest(self.case.excess(hypothesis, range(self.case.segments)))
 
     def one(self, names: Names, start: Hypothesis = NOMINAL) -> Assessment:
         """One set with its score."""

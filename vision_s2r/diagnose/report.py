@@ -145,7 +145,7 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
         for rival in sorted(case.confusable(name) & library - final.names - frozenset(case.not_excited))
     ]
     swaps += [(names, final.hypothesis) for names in case.simplify(final.names) if len(names) <= len(final.names)]
-    rivals = [each for each in assessor.assess(swaps) if each.names != final.names]
+    rivals = [each for each in assessor.rivals(swaps, final) if each.names != final.names]
     close = [each for each in rivals if assessor.gain(final, each).nats < assessor.cfg.evidence]
     return sorted(close, key=lambda each: -each.score)
 

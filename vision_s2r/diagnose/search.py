@@ -72,7 +72,7 @@ class Search:
         for size in range(1, self._cfg.most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
-            children = self._children(beam, size)
+            children = self._settled(size, best) or self._children(beam, size)
             if not children:
                 break
             beam = children[: self._cfg.beam]
@@ -83,6 +83,17 @@ class Search:
             else:
                 break
         return best
+
+    def _settled(self, size: int, best: Assessment) -> list[Assessment]:
+        """Proposed sets of this size that leave nothing, the best first; then no rivals are grown."""
+        if self._cfg.hidden:
+            return []
+        found = self._assessor.assess([(names, NOMINAL) for names in self._proposed(size)])
+        enough = [each for each in found if self._assessor.adequate(each) and self._assessor.worth(each, best)]
+        return sorted(enough, key=lambda each: -each.score)
+
+    def _proposed(self, size: int) -> list[Names]:
+        return [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
 
     def _promising(self, found: Assessment) -> list[str]:
         """Effects that may still gain something."""
@@ -101,7 +112,6 @@ class Search:
 
         What several parents lead to starts from the likeliest of them.
         """
-        proposed = [self._base | names for names in self._case.proposals() if len(names - self._base) == size]
         grown = []
         for place, parent in enumerate(beam, start=1):
             gains = self._gains(parent)
@@ -109,10 +119,13 @@ class Search:
             grown += [(parent, name) for name in promising]
         likely = self._assessor.fit((parent.names, parent.hypothesis) for parent in beam)
         grown.sort(key=lambda each: -likely[each[0].names])
-        wanted = [(names, NOMINAL) for names in proposed]
+        wanted = [(names, NOMINAL) for names in self._proposed(size)]
         wanted += [(parent.names | {name}, parent.hypothesis) for parent, name in grown]
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))
+        if not self._cfg.hidden and self._assessor.adequate(beam[0]):  # held out, less is gained than in the fit
+            least = likely[beam[0].names] + self._cfg.evidence
+            scores = {names: score for names, score in scores.items() if score > least}
         best = sorted(scores, key=lambda names: -scores[names])[: self._cfg.contenders]
         return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
 
@@ -126,7 +139,7 @@ class Search:
             for name in sorted(found.names - self._base)
             for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
         ]
-        rivals = [found, *self._assessor.assess(swaps)]
+        rivals = [found, *self._assessor.rivals(swaps, found)]
         best = max(rivals, key=lambda assessment: assessment.score)
         simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
@@ -183,26 +196,15 @@ class Search:
         return grown if self._assessor.adequate(grown) else rival
 
     def _beside(self, found: Assessment) -> Assessment:
-        """With the likeliest flexible unknown that it has not; as it is where it has them all.
-
-        Where there are many forms, those that promise most are tried. Else twice as many as contenders of a size are
-        held out: what is flexible likes what it was fitted to.
-        """
-        names = sorted(self._discrepancies - found.names)
-        if self._cfg.known:
-            return self._likeliest(found, names)
-        scores = self._assessor.fit((found.names | {name}, found.hypothesis) for name in names)
-        likely = sorted(scores, key=lambda each: -scores[each])[: 2 * self._cfg.contenders]
-        return self._best([(each, found.hypothesis) for each in likely], found)
+        """With the likeliest flexible unknown that it has not; as it is where it has them all."""
+        return self._likeliest(found, sorted(self._discrepancies - found.names))
 
     def _likeliest(self, found: Assessment, names: list[str]) -> Assessment:
         """With the likeliest on held-out data of these names, of which the most promising are tried."""
         gains = self._case.screen(found.hypothesis, names)
         promising = sorted(names, key=lambda name: -gains[name])[:TRIED]
-        return self._best([(found.names | {name}, found.hypothesis) for name in promising], found)
-
-    def _best(self, wanted: list[tuple[Names, Hypothesis]], default: Assessment) -> Assessment:
-        return max(self._assessor.assess(wanted), key=lambda assessment: assessment.score, default=default)
+        tried = self._assessor.assess([(found.names | {name}, found.hypothesis) for name in promising])
+        return max(tried, key=lambda assessment: assessment.score, default=found)
 
     def _known_beside(self, found: Assessment) -> Assessment | None:
         """With an effect beside the unknowns that were found, where one is worth its name there and is no stand-in."""

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from vision_s2r.errors import UserError
 from vision_s2r.recording.data import ContactRecording
@@ -85,7 +85,7 @@ def _noise(rates: np.ndarray) -> float:
     """Standard deviation of rates [E, T, 3] that are differences of noisy poses, by the steps from each to the next."""
     steps = np.abs(np.diff(rates, axis=1))
     # Of white noise in poses a rate has 2 parts of variance on each of three axes, a step to the next rate 6 on each.
-    return float(np.sqrt(3 * 2 / 6) * np.nanmedian(steps) / norm.ppf(0.75))
+    return float(np.sqrt(3 * 2 / 6) * np.nanmedian(steps) / ndtri(0.75))
 
 
 def _size(rates: np.ndarray) -> float:

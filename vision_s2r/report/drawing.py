@@ -4,6 +4,7 @@ import base64
 import html as text
 import io
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -115,8 +116,9 @@ def plain(axis: Axes) -> None:
     axis.margins(x=0.01)
 
 
+@lru_cache(maxsize=4)  # a page and a file beside it show the same
 def png(figure: Figure) -> bytes:
-    """The figure as a PNG, the same bytes every time."""
+    """A finished figure as a PNG, the same bytes every time."""
     content = io.BytesIO()
     figure.savefig(content, format="png", metadata={"Software": None})
     return content.getvalue()

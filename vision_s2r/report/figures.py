@@ -6,8 +6,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from vision_s2r.fit.case import Axis, Samples, Values
-from vision_s2r.fit.contact.free_run import WINDOW, windowed
-from vision_s2r.fit.joint.free_run import free_run, measured
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
 from vision_s2r.report import drawing
 from vision_s2r.report.drawing import Figures
@@ -68,6 +66,8 @@ def _map(before: Samples, after: Samples, axis: Axis, unit: str) -> Figure:
 
 def _joint(recording: JointRecording, effects: Values) -> dict[str, Figure]:
     """The stretch where the free-running simulator is furthest from what was measured."""
+    from vision_s2r.fit.joint.free_run import free_run, measured  # which no other kind needs
+
     real, before, after = measured(recording), free_run(recording, {}), free_run(recording, effects)
     errors = np.nan_to_num((before[..., 1] - real[..., 1]) ** 2)
     episode = int(np.argmax(errors.sum(axis=1) / recording.lengths))
@@ -91,6 +91,8 @@ def _joint(recording: JointRecording, effects: Values) -> dict[str, Figure]:
 
 def _contact(recording: ContactRecording, effects: Values) -> dict[str, Figure]:
     """The toss that the simulator gets worst, in windows from measured states."""
+    from vision_s2r.fit.contact.free_run import WINDOW, windowed  # likewise
+
     before, after = windowed(recording, {}), windowed(recording, effects)
     errors = np.nanmean(np.linalg.norm(before.position - recording.position, axis=-1), axis=1)
     episode = int(np.argmax(errors))

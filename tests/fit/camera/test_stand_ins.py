@@ -11,7 +11,7 @@ from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import Camera, CameraParameters
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
-from vision_s2r.fit.camera.area import area_of
+from vision_s2r.fit.camera.area import area_of, seen_behind
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.consistency import disagreement
 from vision_s2r.fit.case import Hypothesis
@@ -21,11 +21,11 @@ NOISE = {"read_noise", "shot_noise"}
 MANY = 2 * FRAMES
 
 
-def seen(sim: torch.Tensor, real: torch.Tensor) -> CameraRecording:
-    """Pairs of these pictures [N, 3, H, W], with half a grey level of noise, rounded."""
-    noise = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * 0.5 / 255
+def seen(sim: torch.Tensor, real: torch.Tensor, noise: float = 0.5) -> CameraRecording:
+    """Pairs of these pictures [N, 3, H, W], with noise (grey levels), rounded."""
+    random = torch.randn(real.shape, generator=torch.Generator().manual_seed(1)) * noise / 255
     pair = [
-        each.clamp(0, 1).mul(255).round().permute(0, 2, 3, 1).numpy() / np.float32(255) for each in (sim, real + noise)
+        each.clamp(0, 1).mul(255).round().permute(0, 2, 3, 1).numpy() / np.float32(255) for each in (sim, real + random)
     ]
     names = tuple(f"{k:04d}" for k in range(len(sim)))
     return replace(recorded(), sim=pair[0], real=pair[1], names=names, real_names=names)
@@ -111,9 +111,18 @@ def of_a_mosaic(sigma: float) -> CameraRecording:
     return seen(many(), torch.stack([soft[:, 0], many()[:, 1], soft[:, 2]], 1))
 
 
+def of_sites() -> CameraRecording:
+    """A pixel has one colour, and the other two from its neighbours."""
+    y, x = torch.meshgrid(torch.arange(SIZE), torch.arange(SIZE), indexing="ij")
+    own = torch.stack([(y % 2 == 0) & (x % 2 == 0), (y + x) % 2 == 1, (y % 2 == 1) & (x % 2 == 1)]).float()
+    tent = torch.tensor([[1.0, 2.0, 1.0], [2.0, 4.0, 2.0], [1.0, 2.0, 1.0]]).expand(3, 1, 3, 3)
+    around, known = (F.conv2d(F.pad(each, (1,) * 4), tent, groups=3) for each in (many() * own, own[None]))
+    return seen(many(), torch.where(own.bool(), many(), around / known))
+
+
 def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
     pose, blur = frozenset({"camera_pose_offset"}), frozenset({"defocus_blur"})
-    for made, names in ((of_fields(0.5), pose), (of_a_mosaic(0.4), blur)):
+    for made, names in ((of_fields(0.5), pose), (of_a_mosaic(0.4), blur), (of_sites(), blur)):
         case = opened(made)
         assert case.contradicted(case.fit(names, range(MANY), None), *names)
     for names, true in ((pose, {"yaw": 0.01, "pitch": 0.0, "roll": 0.0}), (blur, {"radius": 1.2})):
@@ -162,3 +171,24 @@ def test_what_is_wrong_everywhere_is_no_missing_object() -> None:
     some = torch.zeros_like(far)
     some[:, 10:30, 10:30] = 100
     assert area_of(some, counted, shares) == {"x": 10, "y": 10, "width": 20, "height": 20}
+
+
+def test_light_upon_a_scene_is_no_thing_before_it() -> None:
+    inside = torch.zeros(MANY, 1, SIZE, SIZE, dtype=torch.bool)
+    inside[..., 10:40, 10:40] = True
+    assert seen_behind(many() * 0.8 + 0.2, many(), inside)
+    assert not seen_behind(torch.where(inside, many().roll(7, 2), many()), many(), inside)
+    assert not seen_behind(many(), torch.full_like(many(), 0.5), inside)  # nothing was drawn there to be seen
+
+
+def test_a_picture_that_is_sharper_asks_for_no_blur() -> None:
+    soft = F.avg_pool2d(F.pad(many(), (1,) * 4, mode="replicate"), 3, 1)
+    case = opened(seen(soft, soft + 0.5 * (soft - F.avg_pool2d(F.pad(soft, (1,) * 4, mode="replicate"), 3, 1))))
+    gains = case.screen(case.fit(frozenset(), range(MANY), None), ["defocus_blur", "exposure"])
+    assert gains["defocus_blur"] == 0 and case.screen(Hypothesis(), ["defocus_blur"]) == {"defocus_blur": 0}
+
+
+def test_few_levels_are_no_noise() -> None:
+    found = diagnose(seen(many(), (many() * 20).round() / 20, 0.0), DiagnoseConfig()).to_dict()
+    assert not found["effects"] and found["verdict"] == "unexplained"
+    assert "fewer levels than the values have bits for" in found["unexplained"]["resembles"]

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.appearance.effects.missing_object import rectangle
@@ -21,6 +22,7 @@ _MOST = 0.5  # share of the picture: what is wrong in more of it is no thing tha
 _FILLED = 0.5  # of its rectangle
 _ALONE = 0.6  # of all that is far off, that is in the rectangle
 _BORDER = 2  # px around it, that show both
+_DETAIL, _BEHIND = 1 / 255, 0.5  # of what was drawn there: enough to tell; the share of it that no thing lets through
 _OWN = 0.6  # overlap with the place of a label, whose own look it then is
 
 Area = dict[str, float]  # x, y, width, height
@@ -57,6 +59,14 @@ def inside_of(area: Mapping[str, float], shape: tuple[int, ...], scale: float = 
         around = (slice(max(each.start - _BORDER, 0), each.stop + _BORDER) for each in (rows, columns))
         inside[tuple(around)] = True
     return inside
+
+
+def seen_behind(real: Tensor, drawn: Tensor, inside: Tensor) -> bool:
+    """Whether `real` [B, C, H, W] has, `inside` [B, 1, H, W], most of the detail that was drawn: no thing hides it."""
+    real, drawn = (each - F.avg_pool2d(each, 5, 1, 2) for each in (real, drawn))
+    size = (drawn.square() * inside).sum()
+    clear = float(size) > _DETAIL**2 * float(inside.sum()) * real.shape[1]
+    return bool(clear and (real * drawn * inside).sum() > _BEHIND * size)
 
 
 def _of_a_label(piece: Tensor, shares: Tensor) -> bool:

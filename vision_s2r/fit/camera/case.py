@@ -4,28 +4,37 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 import torch
-from scipy import stats
+from scipy.special import stdtrit
 from torch import Tensor
 
 from vision_s2r.appearance import label_of
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy, excitation
-from vision_s2r.fit.camera.area import area_of, inside_of
-from vision_s2r.fit.camera.consistency import ALLOWED, BY_CHANNEL, DIRECTION, EVERY, GEOMETRIC, PARITY, disagreement
+from vision_s2r.fit.camera.area import area_of, inside_of, seen_behind
+from vision_s2r.fit.camera.consistency import (
+    ALLOWED,
+    BY_CHANNEL,
+    COLOURS,
+    DIRECTION,
+    EVERY,
+    GEOMETRIC,
+    PARITY,
+    disagreement,
+)
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitting import (
+    Beside,
     Target,
     best_start,
     columns,
     gauss_newton,
-    normal,
     search_factor,
 )
 from vision_s2r.fit.camera.grain import REMEMBERED, Varied, grain_of, of_frame_before, per_share
@@ -99,6 +108,7 @@ class CameraCase:
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
         self._predictions: dict[tuple[object, ...], tuple[Tensor, Tensor, Tensor]] = {}
+        self._gains: dict[tuple[object, str], float] = {}
         self._noises: dict[tuple[object, ...], dict[str, dict[str, float]]] = {}
         self._spreads: dict[tuple[object, ...], Spread] = {}
         self._frames = frames_of_a_fit(self.study.pictures)
@@ -340,15 +350,13 @@ class CameraCase:
         yardstick = self.study.yardstick
         unpredicted, varied = self._unpredicted(hypothesis.values), self._varied(hypothesis.values, segment)
         beside = outliers, bool(hypothesis.extra), varied, unpredicted
-        whole = score(yardstick, residual, noise, [segment], *beside)
         if not self._rendered:
-            return whole
+            return score(yardstick, residual, noise, [segment], *beside)
         counted = yardstick.counted[[segment]]
         if unpredicted is not None:
             counted = counted & ~unpredicted
         left = unrounded(residual, self._rendered[segment], counted)
-        without = score(yardstick, left, noise, [segment], *beside)
-        return [replace(a, error=b.error) for a, b in zip(without, whole, strict=True)]
+        return score(yardstick, left, noise, [segment], *beside, whole=residual)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
         """Of each frame, the log-likelihood [blocks] (nats) of the sixteen parts that it is divided into."""
@@ -413,21 +421,29 @@ class CameraCase:
         target, values = self._target, hypothesis.values
         stages: Stages = {}
         residual, lit = target.compare(values, few, stages, keep=True)
+        if hypothesis.extra:  # effects get what the unknown leaves
+            residual = self.residual(hypothesis, few, lit=True)[0]
         slopes, _ = columns(target, values, charted(values), few, stages, lit)
         plain = without_encoder(values)
         base = target.pictures.predict(plain, few, stages).mean
         pixels = float(target.counted.sum()) / max(float(target.counted[few].sum()), 1)
 
+        beside = Beside.of(target, slopes, residual, few)
+
         def gain(name: str, setting: Mapping[str, float]) -> float:
             moved = target.pictures.predict(plain | {name: setting}, few, stages).mean
             change = (moved - base)[None]
-            change = change if lit is None else lit.beside(change)
-            equations = normal(target, torch.cat([slopes, change]), residual, few)
-            return _last_gain(equations.matrix, equations.vector)
+            one_sided = self.library[name].one_sided
+            return beside.gain((change if lit is None else lit.beside(change))[0], one_sided)
 
-        gains = {}
+        gains: dict[str, float] = {}
         for name in names:
-            if name in of_stage("noise"):
+            if (place := (_key(hypothesis), name)) in self._gains:
+                gains[name] = self._gains[place]
+                continue
+            if name in self.discrepancies:
+                gains[name] = self._unknown_gain(hypothesis, name)
+            elif name in of_stage("noise"):
                 gains[name] = self._noise_gain(hypothesis, name)
             elif name == "jpeg_compression":
                 gains[name] = 0.0
@@ -436,7 +452,15 @@ class CameraCase:
             else:
                 best = max(gain(name, setting) for setting in self._settings(name))
                 gains[name] = best * pixels / self.study.yardstick.temper
+            self._gains[place] = gains[name]
         return gains
+
+    def _unknown_gain(self, hypothesis: Hypothesis, name: str) -> float:
+        """Of an unknown, which is fitted to all frames and asked of some."""
+        names = hypothesis.values.keys() | hypothesis.extra.keys()
+        fitted, some = self.fit(frozenset({*names, name}), range(self.segments), hypothesis), range(0, self.segments, 4)
+        both = [sum(float(each.loglik.sum()) for each in self._scored(of, some)) for of in (fitted, hypothesis)]
+        return (both[0] - both[1]) * self.segments / len(some)
 
     def _gain_apart(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
         values = dict(hypothesis.values) | self._fit_apart(hypothesis.values, [name], few)
@@ -552,8 +576,10 @@ class CameraCase:
             ):
                 return True
         stage = CAMERA_FITS[name].stage
-        if stage == "grain":
-            return self._mixed(hypothesis.values)
+        if stage in APART:
+            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
+        if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
+            return bool(hypothesis.extra["levels"].coefficients.size)
         found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         axes = EVERY if stage in ("light", "tone") else GEOMETRIC
@@ -569,8 +595,8 @@ class CameraCase:
         Or edges that run another way, of what moves or blurs them.
         """
         stage = CAMERA_FITS[name].stage
-        if stage == "grain":
-            return self._mixed(hypothesis.values)
+        if stage in APART:
+            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
         found = self._disagreements(hypothesis.values, name)
         axes = (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY
         return _differs(found, axes) or _between_channels(name, found)
@@ -582,6 +608,14 @@ class CameraCase:
         mean = self._predicted(values, range(self.segments), lit=True)[0]
         left = pictures.real - self._encoded(mean, values)
         return of_frame_before(left, mean, yardstick.counted) > REMEMBERED
+
+    @torch.inference_mode()
+    def _shows_behind(self, values: Values, name: str) -> bool:
+        """Whether what was rendered shows in an area that something else is said to fill: then it is light upon it."""
+        pictures = self.study.pictures
+        mean = self._predicted(values, range(self.segments), lit=True)[0]
+        inside = inside_of(values[name], pictures.sim.shape[-2:], pictures.scale)
+        return seen_behind(pictures.real, mean, self.study.yardstick.counted & inside)
 
     @torch.inference_mode()
     def _disagreements(self, values: Values, name: str) -> dict[str, float]:
@@ -612,7 +646,7 @@ class CameraCase:
                 least = _GRAIN * value
                 if CAMERA_FITS[name].stage == "area":
                     least = _EDGE / self.study.pictures.scale + _blurred(hypothesis.values)
-                half = max(stats.t.ppf(0.975, groups - 1) * float(deviation), least)
+                half = max(stdtrit(groups - 1, 0.975) * float(deviation), least)
                 found.setdefault(name, {})[key] = (value - half, value + half)
         return found
 
@@ -636,9 +670,10 @@ def _differs(found: Mapping[str, float], axes: Sequence[str]) -> bool:
 
 
 def _between_channels(name: str, found: Mapping[str, float]) -> bool:
-    """Whether channels ask for other sizes of what moves or blurs all of them alike."""
+    """Whether channels, or their sites on a sensor, ask for other sizes of what moves or blurs all of them alike."""
     fit = CAMERA_FITS[name]
-    return fit.stage in ("warp", "blur") and not fit.by_channel and found.get("channel", 0.0) > BY_CHANNEL
+    most = max((found[axis] for axis in COLOURS if axis in found), default=0.0)
+    return fit.stage in ("warp", "blur") and not fit.by_channel and most > BY_CHANNEL
 
 
 def _blurred(values: Values) -> float:
@@ -651,15 +686,3 @@ def _key(hypothesis: Hypothesis) -> tuple[object, ...]:
     values = tuple((name, *value.values()) for name, value in hypothesis.values.items())
     extra = tuple((name, fitted.coefficients.tobytes(), fitted.ghost) for name, fitted in hypothesis.extra.items())
     return values, extra
-
-
-def _last_gain(matrix: np.ndarray, vector: np.ndarray) -> float:
-    """Nats that the last column brings beside the others."""
-    if len(matrix) > 1:
-        inner = matrix[:-1, :-1] + 1e-9 * np.eye(len(matrix) - 1) * matrix.diagonal().max()
-        solved = np.linalg.lstsq(inner, np.c_[vector[:-1], matrix[:-1, -1]])[0]
-        slope = vector[-1] - matrix[-1, :-1] @ solved[:, 0]
-        curvature = matrix[-1, -1] - matrix[-1, :-1] @ solved[:, 1]
-    else:
-        slope, curvature = vector[-1], matrix[-1, -1]
-    return 0.5 * slope**2 / curvature if curvature > 1e-9 * max(matrix[-1, -1], 1e-12) and math.isfinite(slope) else 0.0

@@ -15,6 +15,7 @@ from vision_s2r.fit.camera.fitting import FREEDOM
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too
+COLOURS = ("channel", "site", "colour")  # where a sensor's mosaic of colours, and what fills its gaps, shows
 PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
 DIRECTION = "direction of edges"
 GEOMETRIC = (*PARITY, DIRECTION, "region", "radius")
@@ -37,26 +38,43 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
     more = (weight * change * residual).double().reshape(-1)
     frames = len(residual)
     frame = torch.arange(frames)[:, None, None, None]
-    found = {}
+    tables = {}
     for name, (bins, count) in _axes(picture).items():
         at = (bins + count * frame).expand_as(residual).reshape(-1)
-        each, off = (torch.bincount(at, of, count * frames).reshape(frames, count) for of in (work, more))
-        done = each.sum(0)
-        told = (done > _LEAST * done.sum()) & (done > _CLEAR)
-        if int(told.sum()) < 2:
-            continue
-        each, off, done = each[:, told], off[:, told], done[told]
-        away = off.sum(0) / done
-        share = done / done.sum()
-        whole_size = float((share * (1 + away)).sum())
-        if whole_size <= 0:
-            found[name] = _MOST
-            continue
-        between = (off - away * each).square().sum(0) / done.square() * frames / max(frames - 1, 1)
-        by_chance = torch.maximum(1 / done, between)  # the variance that noise and other frames would make of a size
-        squared = (((1 + away) / whole_size - 1).square() - by_chance).clamp(0, _MOST)
-        found[name] = float((share * squared).sum().sqrt())
-    return found
+        tables[name] = tuple(torch.bincount(at, of, count * frames).reshape(frames, count) for of in (work, more))
+    tables["colour"] = _by_colour(change, residual, weight)
+    sizes = {name: _unlike(each, off) for name, (each, off) in tables.items()}
+    return {name: size for name, size in sizes.items() if size is not None}
+
+
+def _unlike(each: Tensor, off: Tensor) -> float | None:
+    """How much the size differs between bins, from its work and what more is asked for [frames, bins].
+
+    None where too few bins show it.
+    """
+    frames, done = len(each), each.sum(0)
+    told = (done > _LEAST * done.sum()) & (done > _CLEAR)
+    if int(told.sum()) < 2:
+        return None
+    each, off, done = each[:, told], off[:, told], done[told]
+    away = off.sum(0) / done
+    share = done / done.sum()
+    whole_size = float((share * (1 + away)).sum())
+    if whole_size <= 0:
+        return _MOST
+    between = (off - away * each).square().sum(0) / done.square() * frames / max(frames - 1, 1)
+    by_chance = torch.maximum(1 / done, between)  # the variance that noise and other frames would make of a size
+    squared = (((1 + away) / whole_size - 1).square() - by_chance).clamp(0, _MOST)
+    return float((share * squared).sum().sqrt())
+
+
+def _by_colour(change: Tensor, residual: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
+    """Work and what more is asked for [frames, 2], of what all channels share and of what they do not."""
+    shared = [each.mean(1, keepdim=True).expand_as(each) for each in (change, residual)]
+    parts = [shared, [change - shared[0], residual - shared[1]]]
+    each = torch.stack([(weight * of.square()).double().sum((1, 2, 3)) for of, _ in parts], 1)
+    off = torch.stack([(weight * of * left).double().sum((1, 2, 3)) for of, left in parts], 1)
+    return each, off
 
 
 def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:
@@ -75,4 +93,5 @@ def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:
         "region": (y * _CELLS // height * _CELLS + x * _CELLS // width, _CELLS**2),
         "radius": ((away * _RINGS).long().clamp(max=_RINGS - 1), _RINGS),
         "channel": (torch.arange(channels)[:, None, None], channels),
+        "site": (y % 2 * 2 + x % 2 + 4 * torch.arange(channels)[:, None, None], 4 * channels),
     }

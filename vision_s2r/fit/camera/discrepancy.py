@@ -24,10 +24,12 @@ DISCREPANCIES: dict[str, str] = {
     "fixed_pattern": "pixels with offsets of their own",
     "row_noise": "rows whose offsets differ from frame to frame",
     "flicker": "a brightness that differs from frame to frame",
+    "levels": "fewer levels than the values have bits for",
     "outliers": "single pixels that are far off",
 }
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
 _COLOUR = frozenset({"colour_mixing"})
+_CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
 
@@ -149,6 +151,8 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
         distance = residual.square() * weight
         share = float((distance > 16).float().mean())
         return FittedDiscrepancy(np.array([min(max(share, 1e-6), FEW)]))
+    if name == "levels":
+        return FittedDiscrepancy(_levels((mean + residual)[(weight > 0).expand_as(mean)]))
     if name in LATENT:
         return FittedDiscrepancy(np.empty(0))
     ghost = find_ghost(residual, mean, (weight.amax(1, keepdim=True) > 0).float()) if name == "ghost" else None
@@ -159,8 +163,11 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
     if name in ("row_pattern", "fixed_pattern"):
         return torch.from_numpy(fitted.coefficients).expand_as(mean)
-    if name == "outliers":
+    if name == "outliers" or (name == "levels" and not fitted.coefficients.size):
         return torch.zeros_like(mean)
+    if name == "levels":
+        levels = torch.from_numpy(fitted.coefficients).float()
+        return levels[torch.bucketize(mean, (levels[1:] + levels[:-1]) / 2)] - mean
     if name == "row_noise":
         total = weight.expand_as(residual).sum((1, 3), keepdim=True)
         rows = (residual * weight).sum((1, 3), keepdim=True) / total.clamp(min=1e-12)
@@ -195,6 +202,15 @@ def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weig
     ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
     matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)
     return torch.linalg.solve(matrix, (design @ target).double()).numpy()
+
+
+def _levels(values: Tensor) -> np.ndarray:
+    """The levels that values have, from the lowest to the highest; none where they have most of those of their bits."""
+    counts = torch.bincount((values * (_CODES - 1)).round().long().clamp(0, _CODES - 1), minlength=_CODES)
+    used = (counts > 1e-4 * len(values)).nonzero()[:, 0]
+    if len(used) < 2 or int(used[-1] - used[0]) < _SPREAD or len(used) > _USED * int(used[-1] - used[0] + 1):
+        return np.empty(0)
+    return (used.double() / (_CODES - 1)).numpy()
 
 
 def _rows_and_columns(residual: Tensor, weight: Weights) -> Tensor:

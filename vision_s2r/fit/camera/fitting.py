@@ -10,7 +10,7 @@ from torch import Tensor
 from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import charted
 from vision_s2r.fit.camera.light import STEADY, Lit
-from vision_s2r.fit.camera.prediction import Pictures, Stages, without_encoder
+from vision_s2r.fit.camera.prediction import Pictures, Stages, chosen, without_encoder
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gauss_newton import Damping, descend
 
@@ -33,12 +33,13 @@ class Target:
         self, values: Values, segments: Sequence[int], stages: Stages | None = None, keep: bool = False
     ) -> tuple[Tensor, Lit | None]:
         """Real less predicted [B, C, H, W], and the light that the frames have of their own, if it is not steady."""
-        chosen, pictures = list(segments), self.pictures
-        real = pictures.real[chosen]
+        pictures = self.pictures
+        real = chosen(pictures.real, segments)
         if pictures.light == STEADY:
             return real - pictures.predict(values, segments, stages, keep).mean, None
         mean = pictures.predict(without_encoder(values), segments, stages, keep).mean
-        lit = pictures.light.on(mean, real, self.counted[chosen] / self.variance[chosen])
+        weight = chosen(self.counted, segments) / chosen(self.variance, segments)
+        lit = pictures.light.on(mean, real, weight)
         return real - pictures.through_encoder(lit.mean, values), lit
 
     def residual(
@@ -60,10 +61,10 @@ class Target:
         return stages
 
     def _mean_loss(self, residual: Tensor, segments: Sequence[int]) -> float:
-        chosen, counted = list(segments), self.counted[list(segments)]
-        losses = (FREEDOM + 1) / 2 * torch.log1p(residual.square() / (FREEDOM * self.variance[chosen]))
-        total = (losses * counted).sum(dtype=torch.float64)
-        return float(total) / max(float(counted.sum()) * residual.shape[1], 1.0)
+        counted, variance = chosen(self.counted, segments), chosen(self.variance, segments)
+        losses = torch.log1p(residual.square().div_(variance).div_(FREEDOM)).mul_(counted)
+        total = (FREEDOM + 1) / 2 * float(losses.sum(dtype=torch.float64))
+        return total / max(float(counted.sum()) * residual.shape[1], 1.0)
 
 
 @dataclass(frozen=True)
@@ -97,14 +98,51 @@ def columns(
 
 def normal(target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[int]) -> Normal:
     """The equations whose solution is the step to the most likely point, residuals weighed by Student's weights."""
-    chosen = list(segments)
-    variance = target.variance[chosen]
-    weight = target.counted[chosen] * (FREEDOM + 1) / (FREEDOM * variance + residual.square())
-    flat = slopes.reshape(len(slopes), -1)
+    weight = student_weights(target, residual, segments)
+    flat = slopes.flatten(1)
     weighed = flat * weight.reshape(1, -1)
     matrix = (weighed @ flat.T).double().numpy()
     vector = (weighed @ residual.reshape(-1)).double().numpy()
     return Normal(matrix, vector)
+
+
+def student_weights(target: Target, residual: Tensor, segments: Sequence[int]) -> Tensor:
+    """What each residual [B, C, H, W] counts for; 0 where a pixel does not."""
+    variance = chosen(target.variance, segments)
+    return chosen(target.counted, segments) * (FREEDOM + 1) / (FREEDOM * variance + residual.square())
+
+
+@dataclass(frozen=True)
+class Beside:
+    """Normal equations of what a hypothesis may move, about which one change more is asked for."""
+
+    slopes: Tensor  # [P, pixels]
+    weight: Tensor  # [pixels]
+    residual: Tensor  # [pixels]
+    own: Normal
+
+    @classmethod
+    def of(cls, target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[int]) -> "Beside":
+        """About residuals [B, C, H, W] and slopes [P, B, C, H, W]."""
+        weight = student_weights(target, residual, segments).expand_as(residual).reshape(-1)
+        flat = slopes.flatten(1)
+        return cls(flat, weight, residual.reshape(-1), normal(target, slopes, residual, segments))
+
+    def gain(self, change: Tensor, one_sided: bool) -> float:
+        """Nats that a change [B, C, H, W] of the prediction brings beside the slopes, of the best size.
+
+        None where that is less than nothing and the change is `one_sided`, as a blur's, which may not sharpen.
+        """
+        weighed = change.reshape(-1) * self.weight
+        slope, curvature = float(weighed @ self.residual), float(weighed @ change.reshape(-1))
+        whole, matrix = curvature, self.own.matrix
+        if len(matrix):
+            across = (self.slopes @ weighed).double().numpy()
+            inner = matrix + 1e-9 * np.eye(len(matrix)) * max(matrix.diagonal().max(), curvature)
+            solved = np.linalg.lstsq(inner, np.c_[self.own.vector, across])[0]
+            slope, curvature = slope - across @ solved[:, 0], curvature - across @ solved[:, 1]
+        told = curvature > 1e-9 * max(whole, 1e-12) and np.isfinite(slope) and not (one_sided and slope < 0)
+        return float(0.5 * slope**2 / curvature) if told else 0.0
 
 
 @dataclass(frozen=True)

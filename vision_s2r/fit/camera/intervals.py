@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 from torch import Tensor
 
 from vision_s2r.appearance import PICTURE_EFFECTS, label_of
@@ -73,7 +73,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             between = groups[:, own].std(axis=0, ddof=1)
             relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
-            intervals[name] = _outward(name, values, point, half * stats.t.ppf(0.975, max(count - 1, 1)))
+            intervals[name] = _outward(name, values, point, half * stdtrit(max(count - 1, 1), 0.975))
     for name in values:
         if name in of_stage("noise"):
             intervals[name] = _noise_interval(study, values, name)
@@ -160,7 +160,7 @@ def _noise_interval(study: "Study", values: Values, name: str) -> dict[str, tupl
         left.append(np.log(next(iter(noise.fit(values, noises, study.bins, rest)[name].values()))))
     deviation = np.sqrt((groups - 1) / groups * np.sum((np.array(left) - np.mean(left)) ** 2))
     least = _AMOUNT * (2 if key == "full_well" else 1)
-    width = float(np.hypot(deviation * stats.t.ppf(0.975, groups - 1), least))
+    width = float(np.hypot(deviation * stdtrit(groups - 1, 0.975), least))
     stories = told_otherwise(noise, values, noises, study.bins, range(count))
     ends = [value, *(next(iter(each[name].values())) for each in stories)]
     return {key: (float(min(ends) * np.exp(-width)), float(max(ends) * np.exp(width)))}

@@ -6,7 +6,6 @@ from math import ceil
 import numpy as np
 import torch
 import torch.nn.functional as F
-from scipy.stats import wasserstein_distance
 
 from vision_s2r.appearance import is_appearance
 from vision_s2r.appearance import through as through_scene
@@ -133,7 +132,7 @@ def distance(recording: CameraRecording, frame: int, shown: Shown) -> dict[str, 
 
     def of(picture: np.ndarray) -> float:
         values = np.quantile(picture, levels, axis=(0, 1))
-        return FULL * float(np.mean([wasserstein_distance(values[:, c], real[:, c]) for c in range(3)]))
+        return FULL * float(np.abs(values - real).mean())
 
     return {"before": of(recording.sim[frame]), "after": of(shown.picture)}
 

@@ -12,7 +12,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.appearance import PICTURE_EFFECTS, is_appearance
+from vision_s2r.appearance import PICTURE_EFFECTS, Scene, is_appearance
 from vision_s2r.appearance.apply import after, in_order, passed
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.effect import CameraEffect, Frame, Interpolation
@@ -33,6 +33,19 @@ BEHIND = frozenset({"white_balance", "gamma", "read_noise", "shot_noise", "jpeg_
 Stages = dict[
     tuple[object, ...], tuple[Tensor, bool]
 ]  # by the effects passed, the pictures, and whether they are light
+
+
+def chosen(frames: Tensor, segments: Sequence[int]) -> Tensor:
+    """Those of `frames` [N, …], which are not to be changed in place: a fit asks for the same ones again and again."""
+    wanted = tuple(segments)
+    if wanted and wanted == tuple(range(wanted[0], wanted[-1] + 1)):
+        return frames[wanted[0] : wanted[-1] + 1]
+    return _kept(frames, wanted)
+
+
+@lru_cache(maxsize=32)  # a tensor is its own key
+def _kept(frames: Tensor, wanted: tuple[int, ...]) -> Tensor:
+    return frames[list(wanted)]
 
 
 def on_the_way(names: Iterable[str]) -> list[str]:
@@ -141,8 +154,10 @@ class Pictures:
 
         `stages` is searched for what has been passed already, and with `keep` remembers this pass.
         """
-        pictures, light = self.sim[list(segments)], False
-        scene = None if self.surfaces is None else self.surfaces.of(segments)
+        pictures, light = chosen(self.sim, segments), False
+        scene: Scene | None = None
+        if self.surfaces is not None and any(is_appearance(name) for name in values):
+            scene = self.surfaces.of(segments)
         key: tuple[object, ...] = ()
         for name in front(values):
             given, of_scene = values[name], is_appearance(name)

@@ -55,11 +55,16 @@ def _resample(planes, x, y, weights, found):  # type: ignore[no-untyped-def]
                 at = found[m, i, j]
                 at[:] = 0
                 for r in range(taps):
-                    for k in range(taps):
-                        weight = down[r] * across[k]
-                        here = planes[m, rows[r], columns[k]]
+                    row, here = planes[m, rows[r]], down[r] * across
+                    if taps == 4:  # a sum is written once for several taps
+                        a, b, c, d = row[columns[0]], row[columns[1]], row[columns[2]], row[columns[3]]
                         for p in range(count):
-                            at[p] += weight * here[p]
+                            at[p] += here[0] * a[p] + here[1] * b[p] + here[2] * c[p] + here[3] * d[p]
+                        continue
+                    for k in range(0, taps, 2):
+                        a, b = row[columns[k]], row[columns[k + 1]]
+                        for p in range(count):
+                            at[p] += here[k] * a[p] + here[k + 1] * b[p]
 
 
 @njit(nogil=True, cache=True, fastmath=True, inline="always")

@@ -80,30 +80,37 @@ def score(
     flexible: bool = False,
     varied: Sequence[Varied] = (),
     unpredicted: Tensor | None = None,
+    whole: Tensor | None = None,
 ) -> list[FrameScore]:
     """The frames `segments`, whose residuals [B, C, H, W] and predicted noise are given.
 
     A `flexible` prediction pays for what it makes up of a simulator's own tolerance. `varied` says how
     labels with grain are predicted to vary. Where `unpredicted` [H, W] is true, every value is as likely as another.
+    The error is that of the residuals, or of the `whole` ones of which they are a part.
     """
     counted = yardstick.counted[segments].float()
     tolerance = yardstick.tolerance[segments]
     variance = predicted + tolerance + sum(each.variance for each in varied)
     density = _log_student(residual.square() / variance) - 0.5 * variance.log()
     floor = yardstick.measured[segments] + tolerance
-    squared = matched(residual.square(), floor, varied, yardstick.counted[segments])
+
+    def squares(left: Tensor) -> Tensor:
+        squared = matched(left.square(), floor, varied, yardstick.counted[segments])
+        if outliers:
+            far = (squared > 16 * floor) & (counted > 0)
+            if float(far.sum()) <= 2 * FEW * float(counted.sum()) * residual.shape[1]:
+                squared = torch.where(far, floor, squared)
+        return squared if unpredicted is None else torch.where(unpredicted, floor, squared)
+
     if outliers:
         density = torch.logaddexp(density + np.log1p(-outliers), torch.full_like(density, np.log(outliers)))
-        far = (squared > 16 * floor) & (counted > 0)
-        if float(far.sum()) <= 2 * FEW * float(counted.sum()) * residual.shape[1]:
-            squared = torch.where(far, floor, squared)
     if flexible:
         density = density - _PRICE / 2
     differing = mismatch(yardstick, predicted, segments)
     if unpredicted is not None:
         density = density.masked_fill(unpredicted, 0.0)
-        squared = torch.where(unpredicted, floor, squared)
         differing = differing.masked_fill(unpredicted, 0.0)
+    squared = squares(residual)
     nats = (density * counted).sum(1, keepdim=True) / yardstick.temper
     height, width = (math.ceil(size / _CELLS) for size in nats.shape[-2:])
     blocks = F.avg_pool2d(nats, (height, width), ceil_mode=True, divisor_override=1)
@@ -111,7 +118,7 @@ def score(
     excess = (((squared + differing) / floor) * counted).sum((1, 2, 3)) / pixels
     # What averaging took away of the noise, and of its mismatch, is still there in the recording's own pixels.
     fine = differing / yardstick.scale**2 + yardstick.measured[segments] * (1 / yardstick.scale**2 - 1)
-    error = ((squared + fine) * counted).sum((1, 2, 3)) / pixels * 255**2
+    error = (((squared if whole is None else squares(whole)) + fine) * counted).sum((1, 2, 3)) / pixels * 255**2
     return [
         FrameScore(blocks[k].flatten().double().numpy(), float(excess[k]), float(error[k]))
         for k in range(len(segments))

@@ -1,7 +1,7 @@
 """How well the pictures fix the parameters."""
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.case import Values
@@ -40,7 +40,7 @@ def intervals(
     draws = (
         np.random.default_rng(0).standard_normal((_DRAWS, len(small)))
         @ np.linalg.cholesky(covariance + 1e-12 * np.eye(len(small))).T
-        * (student.ppf(0.975, freedom) / 1.96)
+        * (stdtrit(freedom, 0.975) / 1.96)
     )
     centre = pack(values, names)
     drawn = [unpack(centre + draw * small, names) for draw in draws]

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.stats import norm
-from scipy.stats import t as student
+from scipy.special import ndtr, stdtrit
 
 from vision_s2r.fit.unpaired.summary import Statistic
 
@@ -45,7 +44,7 @@ def scatter(real: np.ndarray, simulated: np.ndarray, wrong: np.ndarray) -> Scatt
     off = ~np.eye(len(correlation), dtype=bool)
     shrinkage = min(max(variance[off].sum() / max((correlation[off] ** 2).sum(), 1e-9), 0.02), 1.0)
     shrunk = np.where(off, correlation * (1 - shrinkage), 1.0)
-    rare = student.ppf(norm.cdf(_RARE), max(freedom, 3)) / _RARE
+    rare = float(stdtrit(max(freedom, 3), ndtr(_RARE))) / _RARE
     pictures = 1 / (1 / len(real) + 1 / len(simulated))  # what is wrong in a mean counts as often as it was averaged
     covariance = shrunk * np.outer(deviation, deviation) * rare**2 + wrong * pictures
     return Scatter(np.sqrt(np.diag(covariance)), np.linalg.cholesky(covariance))
