@@ -104,6 +104,10 @@ class Curves:
         segments = np.repeat(np.arange(self.segments), len(T))
         return Samples(error.ravel(), np.full(error.size, self.noise**2), segments, (thirds,))
 
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """None: no effect has axes of its own."""
+        return None
+
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         segments = range(self.segments)
         now = frozenset(hypothesis.values) | frozenset(hypothesis.extra)

@@ -30,3 +30,11 @@ def test_what_one_scene_has_at_a_place_is_not_where_the_gap_lies() -> None:
     colour, tone = place % 3, place % 5
     error = np.where(colour == 0, 3.0, 1.0) * (tone == segment % 5)
     assert where(samples(colour, tone, error), 0)[0]["axis"] == "colour"
+
+
+def test_a_draw_of_segments_without_any_of_the_gap_is_no_doubt_about_where_it_lies() -> None:
+    """Two of eight segments have all of it, in red."""
+    place, segment = np.tile(np.arange(EACH), SEGMENTS), np.repeat(np.arange(SEGMENTS), EACH)
+    colour, tone = place % 3, place % 5
+    found = where(samples(colour, tone, 1.0 * (colour == 0) * (segment % 4 == 0)), 0)
+    assert found and found[0]["axis"] == "colour" and found[0]["at"] == "red"

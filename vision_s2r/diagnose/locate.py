@@ -62,7 +62,8 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[dict[str, Any]]:
 
         def share_of(counts: np.ndarray, k: int = k) -> np.ndarray:
             whole = counts @ over.sum(axis=1)
-            return np.divide(counts @ over[:, k], whole, out=np.zeros(len(counts)), where=whole > 0)
+            # A draw without any of the gap says nothing of where it lies.
+            return np.divide(counts @ over[:, k], whole, out=np.full(len(counts), np.nan), where=whole > 0)
 
         def lift_of(counts: np.ndarray, k: int = k) -> np.ndarray:
             drawn = _usual(counts @ count, axis)[:, k]

@@ -14,6 +14,7 @@ from vision_s2r.report.reading import FORMAT
 
 ALTERNATIVES = 3
 OPEN = ("partly_explained", "unexplained")  # verdicts that leave a part of the gap
+OF_EFFECT = 2  # places of each named effect
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
 MORE = "Record more of it, under conditions that differ more from each other than these."
 
@@ -32,7 +33,7 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, 
         "verdict": said,
         "gap": _gap(case, gap),
         "sources": _sources(case, settled),
-        "where": where(case.samples(found.nominal.hypothesis), assessor.seed),
+        "where": _places(case, assessor, settled),
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
         "refitted": [_refitted(case, settled, name) for name in sorted(simulator.names - found.effects)],
         "withheld": sorted(settled.harmful),
@@ -221,6 +222,19 @@ def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
     """Nats that a named effect brings beside the others, or by its own signature."""
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
     return max(assessor.gain(found.final, without).nats, case.certain.get(name, 0.0))
+
+
+def _places(case: Case, assessor: Assessor, settled: Settled) -> list[dict[str, Any]]:
+    """Where the named effects do what they do, those of the largest first; then where the whole gap lies.
+
+    Of an effect the axes are those of its definition, and shares are of what it does.
+    """
+    found, places = settled.found, []
+    for name in sorted(found.effects, key=lambda each: -settled.share(each).value):
+        moved = case.moved(settled.source(name)[0], name)
+        if moved:
+            places += [{**place, "effect": name} for place in where(moved, assessor.seed)[:OF_EFFECT]]
+    return [*places, *where(case.samples(found.nominal.hypothesis), assessor.seed)]
 
 
 def _alternatives(case: Case, assessor: Assessor, found: Found) -> list[dict[str, Any]]:

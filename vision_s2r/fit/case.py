@@ -148,6 +148,13 @@ class Case(Protocol):
         """What `error` averages, sample by sample (or a fair subset), over all segments."""
         ...
 
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """What an effect of the hypothesis does, sample by sample and squared, along the axes of its definition.
+
+        None where it has none: `samples` say where its gap lies.
+        """
+        ...
+
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
         ...

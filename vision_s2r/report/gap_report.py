@@ -58,6 +58,7 @@ class Place:
     share: float
     ci: Interval | None = None
     samples: float | None = None  # share of the samples
+    effect: str | None = None  # the named effect whose place it is: shares are of what it does
 
 
 @dataclass(frozen=True)

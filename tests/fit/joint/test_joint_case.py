@@ -14,6 +14,8 @@ from tests.identify.machines import NOMINAL, a_log, steps
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose, open_case
+from vision_s2r.diagnose.locate import where
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.gapbench.generate import joint
 from vision_s2r.gapbench.generate.base import GeneratedMachine
 from vision_s2r.joint import DYNAMICS, Tables
@@ -92,6 +94,23 @@ def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
     assert generated("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "axis"),
+    [
+        ("cogging", {"amplitude": 0.03, "teeth": 20.0}, "position"),
+        ("backlash", {"width": 0.02}, "acceleration"),
+        ("thermal_drift", {"rate": 0.2}, "time"),
+        ("stribeck_friction", {"static": 0.06, "velocity": 0.3}, "velocity"),
+    ],
+)
+def test_an_effect_shows_along_the_axis_of_its_definition(name: str, values: dict[str, float], axis: str) -> None:
+    """Whatever else the whole gap goes with: what cogging moves adds up where the joint is slow."""
+    case = open_case(a_log({name: values}, steps(5, 600), (1e-4, 2e-3)))
+    moved = case.moved(Hypothesis({name: values}), name)
+    assert moved and where(moved, 0)[0]["axis"] == axis
+    assert case.moved(Hypothesis({"latency": {"delay": 0.02}}), "latency") is None
 
 
 def test_a_drift_far_smaller_than_where_its_fit_may_start_is_found() -> None:

@@ -132,6 +132,10 @@ class ContactCase:
 
     # -- what to try
 
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """None: no effect has axes of its own."""
+        return None
+
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each of these names would gain."""
         return self._fitter.gains(hypothesis, list(names))

@@ -318,6 +318,12 @@ class JointCase:
         """The squared errors of the observer's velocity, sample by sample."""
         return self._gap.samples(hypothesis, uncertainty.blocks(self.track.segment, uncertainty.BLOCK)[0])
 
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """How far an effect moves the velocity within one sample, along the axes of its definition."""
+        if not JOINT_FITS[name].along:
+            return None
+        return self._gap.moved(hypothesis, name, uncertainty.blocks(self.track.segment, uncertainty.BLOCK)[0])
+
     # -- what to try
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:

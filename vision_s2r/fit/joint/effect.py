@@ -33,6 +33,8 @@ class JointFit:
     # {slow}, {rate}, {fast} with formats.
     excited_by: str = ""
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
+    # Axes of a report's `where` along which its definition makes it larger in some places than in others.
+    along: tuple[str, ...] = ()
     rough: bool = False  # its form is only roughly the same on any two machines
     rippled: bool = False  # its likelihood has ripples, of impacts
 

@@ -9,12 +9,15 @@ import numpy as np
 from scipy.signal import savgol_filter
 
 from vision_s2r.fit.case import Axis, Hypothesis, Samples
+from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.free_run import REACH
 from vision_s2r.fit.joint.quantization import QuantizationGrid
 from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.fit.joint.track import JointTrack, fast_noise
 
 REVERSAL = 0.1  # s to either side of a change of direction
+THROUGH = 0.05  # s after a change of the sign of the acceleration: play is gone through, as the load goes on by itself
 BINS = 5
 
 
@@ -57,6 +60,28 @@ class FreeRunGap:
             axes=tuple(Axis(name, labels, bins[inside]) for name, labels, bins in self._axes()),
         )
 
+    def moved(self, hypothesis: Hypothesis, name: str, stretches: np.ndarray) -> Samples:
+        """How far an effect of the hypothesis moves the velocity within one sample, along the axes of its definition.
+
+        Squared, with no noise in it: each sample begins where the joint was measured, with the effect and without.
+        """
+        inside = self._track.segment >= 0
+        without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
+        change = self._ahead(hypothesis) - self._ahead(without)
+        axes = {each: (labels, bins) for each, labels, bins in self._axes()}
+        if name == "cogging":
+            axes["position"] = _within_period(self._track.position, hypothesis.values[name]["teeth"], self._track.units)
+        return Samples(
+            error=np.nan_to_num(change[inside] ** 2),
+            floor=np.zeros(int(inside.sum())),
+            segment=stretches[inside],
+            axes=tuple(Axis(each, axes[each][0], axes[each][1][inside]) for each in JOINT_FITS[name].along),
+        )
+
+    def _ahead(self, hypothesis: Hypothesis) -> np.ndarray:
+        space = self._fitter.space(names_of(hypothesis))
+        return self._fitter.observer.ahead(space, space.start(hypothesis))[..., 1]
+
     def _velocity(self, position: np.ndarray, velocity: np.ndarray | None) -> np.ndarray:
         if velocity is not None:
             return velocity
@@ -71,13 +96,22 @@ class FreeRunGap:
         rate, length, torque_unit = ("rad/s", "rad", "N·m") if rotary else ("m/s", "m", "N")
         speed = np.abs(track.observed[..., 1])
         rest = 0.01 * track.scales.peak_speed + 3 * np.sqrt(self.noise_variance)
-        near = _near_reversal(track.observed[..., 1], rest, int(np.ceil(REVERSAL / track.sample_time)))
+        reach, through = (int(np.ceil(each / track.sample_time)) for each in (REVERSAL, THROUGH))
+        near = _near_change(track.observed[..., 1], rest, reach, reach)
+        acceleration = _acceleration(track)
+        still = 3 * fast_noise(track.observed[..., 1]) * np.sqrt(_derivative_gain(track.sample_time))
+        after = _near_change(acceleration, still, 0, through)
         torque = np.abs(track.torque)
         sign = np.where(speed < rest, -1, track.observed[..., 1] > 0)
         dot = "θ̇" if rotary else "ẋ"
         return [
             ("reversal", (f"within {REVERSAL:g} s of a reversal", "away from reversals"), np.where(near, 0, 1)),
             ("rest", (f"at rest, |{dot}| < {rest:.2g} {rate}", "in motion"), np.where(speed < rest, 0, 1)),
+            (
+                "acceleration",
+                (f"within {THROUGH:g} s after a change of the sign of the acceleration", "away from these changes"),
+                np.where(after, 0, 1),
+            ),
             ("direction", ("in the negative direction", "in the positive direction"), sign),
             ("velocity", *_quantile_bins(speed, track.segment >= 0, f"|{dot}|", rate)),
             ("torque", *_quantile_bins(torque, track.segment >= 0, "|τ|", torque_unit)),
@@ -96,15 +130,36 @@ def _derivative_gain(sample_time: float) -> float:
     return float((savgol_filter(impulse, 2 * REACH + 1, 2, deriv=1, delta=sample_time) ** 2).sum())
 
 
-def _near_reversal(velocity: np.ndarray, rest: float, reach: int) -> np.ndarray:
-    """Samples [E, T] within `reach` of one where the direction of motion changes."""
-    near = np.zeros(velocity.shape, dtype=bool)
-    for row, values in zip(near, velocity, strict=True):
-        moving = np.flatnonzero(np.abs(np.nan_to_num(values)) > rest)
-        turns = np.flatnonzero(np.diff(np.sign(values[moving])))
-        for turn in turns:
-            row[max(moving[turn] - reach, 0) : moving[turn + 1] + reach + 1] = True
+def _acceleration(track: JointTrack) -> np.ndarray:
+    """[E, T]; NaN beyond an episode's end."""
+    out = np.full(track.position.shape, np.nan)
+    for row, speed, time, length in zip(out, track.observed[..., 1], track.time, track.lengths, strict=True):
+        if length > 2 * REACH:
+            row[:length] = slopes(speed[:length], time[:length], REACH)
+    return out
+
+
+def _near_change(values: np.ndarray, least: float, before: int, after: int) -> np.ndarray:
+    """Samples [E, T] next to one where values [E, T] change their sign; those smaller than `least` have none."""
+    near = np.zeros(values.shape, dtype=bool)
+    for row, each in zip(near, values, strict=True):
+        plain = np.flatnonzero(np.abs(np.nan_to_num(each)) > least)
+        for turn in np.flatnonzero(np.diff(np.sign(each[plain]))):
+            row[max(plain[turn] - before, 0) : plain[turn + 1] + after + 1] = True
     return near
+
+
+def _within_period(position: np.ndarray, teeth: float, units: str) -> tuple[tuple[str, ...], np.ndarray]:
+    """Distances from where a torque that goes with sin(teeth·θ) is largest, either way."""
+    symbol, unit = ("θ", "rad") if units == "rotary" else ("x", "m")
+    half = np.pi / teeth  # between two of these places
+    away = np.abs(np.mod(np.nan_to_num(position) / half, 1.0) - 0.5) * 2
+    edges = np.linspace(0, 0.5 * half, BINS + 1)
+    labels = tuple(
+        f"{low:.2g} to {high:.2g} {unit} from {symbol} = {0.5 * half:.3g} + k·{half:.3g} {unit}"
+        for low, high in pairwise(edges)
+    )
+    return labels, np.where(np.isnan(position), -1, (away * BINS).astype(int).clip(0, BINS - 1))
 
 
 def _quantile_bins(

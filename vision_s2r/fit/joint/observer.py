@@ -74,6 +74,12 @@ class Observer:
         ((_, states),) = self._runs(space, point[None], range(len(self.track.lengths)))
         return states[0]
 
+    def ahead(self, space: JointSpace, point: np.ndarray) -> np.ndarray:
+        """States [E, T, 2] a sample after the measured ones: what is wrong there is of that sample alone."""
+        ahead = replace(self.track)
+        vars(ahead).update(led=np.ones(ahead.position.shape, dtype=bool), leak=1.0)
+        return Observer(ahead, self.substeps, self.noise).led(space, point)
+
     def _runs(self, space: JointSpace, points: np.ndarray, episodes: Sequence[int]):  # type: ignore[no-untyped-def]
         """States as the sensor shows them, of points that share what goes in and comes out."""
         index = np.asarray(episodes)

@@ -150,6 +150,10 @@ class UnpairedCase:
         segment = np.repeat(np.arange(self.segments), len(deviation))
         return Samples(error.ravel(), floor.ravel(), segment, axes(self._statistics, self.segments))
 
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """None: no effect has axes of its own."""
+        return None
+
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
         target, free = self._real.mean(0), self._free(frozenset(hypothesis.extra))

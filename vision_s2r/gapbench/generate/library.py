@@ -139,7 +139,9 @@ ACTUATOR = {
         _stribeck, {"static": "static", "velocity": "stribeck_velocity"}, ("velocity", "reversal", "rest")
     ),
     "load_dependent_friction": KnownEffect(_load_friction, {"coefficient": "load_friction"}),
-    "backlash": KnownEffect(_backlash, {"width": "width"}, ("velocity", "reversal", "rest")),
+    # Friction is the motor's: the load goes on by itself, and the play is gone through when it is no longer pushed, at
+    # changes of the acceleration's sign. Within 50 ms after these, a third of the time, is 0.7 to 0.98 of what it does.
+    "backlash": KnownEffect(_backlash, {"width": "width"}, ("acceleration",)),
     "torque_saturation": KnownEffect(_saturation, {"limit": "limit"}, ("torque", "velocity")),
     "torque_speed_limit": KnownEffect(
         _torque_speed, {"stall": "stall", "no_load_speed": "no_load_speed"}, ("torque", "velocity")

@@ -38,5 +38,6 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="too little motion in both directions",
         excited_by="the same motion in both directions, at several speeds",
+        along=("velocity", "direction"),
     ),
 )

@@ -35,5 +35,6 @@ JOINT_FITS.register(
         confusable=frozenset({"compliance", "latency"}),
         rough=True,
         rippled=True,
+        along=("acceleration",),
     ),
 )

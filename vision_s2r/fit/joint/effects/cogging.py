@@ -82,5 +82,6 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="too little is seen of the position",
         excited_by="slow motion in one direction over the whole range of positions",
+        along=("position",),
     ),
 )

@@ -31,5 +31,6 @@ JOINT_FITS.register(
         confusable=frozenset({"coulomb_friction", "torque_constant"}),  # under torques of one size, or that drive only
         not_excited="the motor torque changes too little",
         excited_by="small and large {effort} at like speed",
+        along=("torque",),
     ),
 )

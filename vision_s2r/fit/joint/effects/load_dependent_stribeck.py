@@ -34,5 +34,6 @@ JOINT_FITS.register(
         not_excited="too little slow motion under load",
         excited_by="slow reversals under a load, and without it",
         confusable=frozenset({"stribeck_friction", "load_dependent_friction"}),
+        along=("velocity",),
     ),
 )

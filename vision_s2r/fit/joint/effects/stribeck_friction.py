@@ -44,5 +44,6 @@ JOINT_FITS.register(
         not_excited="too little slow motion",
         excited_by="slow reversals (a sine of {slow:.2g} Hz that barely moves the joint)",
         confusable=frozenset({"load_dependent_friction"}),
+        along=("velocity",),
     ),
 )

@@ -32,5 +32,6 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="the episodes are too short, or too slow",
         excited_by="an episode of minutes at high speed",
+        along=("time",),
     ),
 )

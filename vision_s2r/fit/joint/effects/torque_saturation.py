@@ -35,5 +35,6 @@ JOINT_FITS.register(
         not_excited="the torque never comes near a plausible limit",
         excited_by="{quantity} in steps of ±{peak:.3g} {unit} or more",
         confusable=frozenset({"torque_speed_limit"}),
+        along=("torque",),
     ),
 )

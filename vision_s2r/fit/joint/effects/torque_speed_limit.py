@@ -40,5 +40,6 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="the speed is never high under torque",
         excited_by="full {effort} in one direction until the speed stops rising",
+        along=("torque", "velocity"),
     ),
 )

@@ -34,5 +34,6 @@ JOINT_FITS.register(
         not_excited="too little speed",
         excited_by="motion at high speed",
         confusable=frozenset({"thermal_drift", "torque_speed_limit"}),
+        along=("velocity",),
     ),
 )
