@@ -63,7 +63,7 @@ class GreenPolicy:
 class MirrorTranslator:
     """The picture in a mirror."""
 
-    size = SIZE
+    size = canonical_size = SIZE
 
     def __init__(self, path):
         checkpoint.load(path, "translator")

@@ -15,6 +15,7 @@ from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.grasp import GraspPolicy
+from vision_s2r.images import reduced
 from vision_s2r.render.shard import checksum
 from vision_s2r.training import checkpoint
 from vision_s2r.translate import Translator
@@ -79,7 +80,9 @@ class Runner:
         """What the policy is given, uint8 [N, H, W, 3], of the column's pictures and the true canonical ones."""
         if self.cfg.picture == "canonical":
             return canonical
-        return source if self.translator is None else self.translator(source)
+        if self.translator is None:
+            return reduced(source, self.policy.size)
+        return self.translator(reduced(source, self.translator.size))
 
     def act(self, source: Tensor, scenes: Scenes) -> tuple[np.ndarray, np.ndarray]:
         """Grasps float64 [N, 3] and Q of each [N] for the column's pictures of the scenes."""
@@ -87,35 +90,43 @@ class Runner:
         intrinsics, extrinsics = scenes.views.all("intrinsics"), scenes.views.all("extrinsics")
         actions, q = [], []
         for some in torch.arange(len(scenes)).split(BATCH):
-            beside = source[some] if self.policy.cfg.with_source else None
+            beside = reduced(source[some], self.policy.size) if self.policy.cfg.with_source else None
             found = self.policy.act(pictures[some], intrinsics[some], extrinsics[some], scenes.seeds[some], beside)
             actions.append(found.actions)
             q.append(found.q)
         return torch.cat(actions).double().numpy(), torch.cat(q).double().numpy()
 
 
-def load_rows(cfg: EvaluateConfig, size: int, loaders: Loaders) -> dict[str, list[Runner]]:
+def load_rows(cfg: EvaluateConfig, sizes: tuple[int, int], loaders: Loaders) -> dict[str, list[Runner]]:
     """The rows whose checkpoints are configured, each with a runner for each training seed.
 
-    Raises UserError for a missing or foreign checkpoint, and one that does not fit its row or pictures of `size`.
+    `sizes`: sides of the scenes' canonical and source pictures. A network that was trained on smaller source pictures
+    is given these made smaller by a whole number. Raises UserError for a missing or foreign checkpoint, and one that
+    does not fit its row or the sizes.
     """
     rows: dict[str, list[Runner]] = {}
     for name, row in cfg.rows.items():
         if row.present:
             translators: Sequence[str | None] = row.translator or [None] * len(row.policy)
             pairs = zip(row.policy, translators, strict=True)
-            rows[name] = [_runner(f"evaluate.rows.{name}", row, *pair, size, loaders) for pair in pairs]
+            rows[name] = [_runner(f"evaluate.rows.{name}", row, *pair, sizes, loaders) for pair in pairs]
             _require_not_chosen_on(cfg.cameras, rows[name])
     return rows
 
 
 def _runner(
-    where: str, row: RowConfig, policy_path: str, translator_path: str | None, size: int, loaders: Loaders
+    where: str,
+    row: RowConfig,
+    policy_path: str,
+    translator_path: str | None,
+    sizes: tuple[int, int],
+    loaders: Loaders,
 ) -> Runner:
     policy = loaders.policy(policy_path)
     picture = policy.cfg.picture
     if picture != row.trained_on:
         raise UserError(f"{where}: {policy_path} was trained on {picture} pictures: expected {row.trained_on} ones")
+    size, source_size = sizes
     _require_size(where, policy_path, policy.size, size)
     looks_at_source = picture != "canonical" or policy.cfg.with_source
     known = {"policy": _known(policy_path, "q_function", looks_at_source)}
@@ -123,7 +134,12 @@ def _runner(
         return Runner(row, policy, None, known)
     known["translator"] = _known(translator_path, "translator", True)
     translator = loaders.translator(translator_path)
-    _require_size(where, translator_path, translator.size, size)
+    _require_size(where, translator_path, translator.canonical_size, size)
+    if source_size % translator.size:
+        raise UserError(
+            f"{where}: {translator_path} was trained on source pictures of {translator.size} px: the scenes have "
+            f"{source_size} px, expected a multiple"
+        )
     return Runner(row, policy, translator, known)
 
 
