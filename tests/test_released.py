@@ -63,10 +63,10 @@ def test_its_policies_aim_at_objects(views):
 def test_the_table_of_the_released_is_a_command_line():
     cfg = compose(Config, overrides=["experiment=released", "data.test.seed=9", "data.test.scenes=7"])
     assert cfg.data.test.out == cfg.evaluate.scenes and "seed-9-scenes-7" in cfg.data.test.out
-    rows = load_rows(cfg.evaluate, (64, 64), Loaders())
+    rows = load_rows(cfg.evaluate, 64, Loaders())
     assert set(rows) == {"oracle", "no_translation", "domain_randomization_student", "rcan", "rcan_student"}
     with pytest.raises(UserError, match=r"trained on pictures of 64 px: the scenes have 128 px"):
-        load_rows(cfg.evaluate, (128, 128), Loaders())
+        load_rows(cfg.evaluate, 128, Loaders())
     misnamed = replace(cfg.evaluate.rows["rcan"], translator=["bin-46"])
     with pytest.raises(UserError, match=r"no released translator 'bin-46', did you mean 'bin-64'\?"):
-        load_rows(replace(cfg.evaluate, rows={"rcan": misnamed}), (64, 64), Loaders())
+        load_rows(replace(cfg.evaluate, rows={"rcan": misnamed}), 64, Loaders())

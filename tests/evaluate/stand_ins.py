@@ -63,7 +63,7 @@ class GreenPolicy:
 class MirrorTranslator:
     """The picture in a mirror."""
 
-    size = canonical_size = SIZE
+    size = SIZE
 
     def __init__(self, path):
         checkpoint.load(path, "translator")

@@ -74,7 +74,7 @@ class Task:
         if key not in self._runners:
             row = {"robot": RowConfig([way.policy], [way.translator])}
             settings = through_cameras(self._cfg.evaluate, row, [], self._out)
-            (self._runners[key],) = load_rows(settings, self.scenes.sizes, Loaders())["robot"]
+            (self._runners[key],) = load_rows(settings, self.scenes.views.size, Loaders())["robot"]
         return self._runners[key]
 
 

@@ -97,36 +97,29 @@ class Runner:
         return torch.cat(actions).double().numpy(), torch.cat(q).double().numpy()
 
 
-def load_rows(cfg: EvaluateConfig, sizes: tuple[int, int], loaders: Loaders) -> dict[str, list[Runner]]:
+def load_rows(cfg: EvaluateConfig, size: int, loaders: Loaders) -> dict[str, list[Runner]]:
     """The rows whose checkpoints are configured, each with a runner for each training seed.
 
-    `sizes`: sides of the scenes' canonical and source pictures. A network that was trained on smaller source pictures
-    is given these made smaller by a whole number. Raises UserError for a missing or foreign checkpoint, and one that
-    does not fit its row or the sizes.
+    Raises UserError for a missing or foreign checkpoint, and one that does not fit its row or canonical pictures of
+    `size`; source pictures of more pixels are made as small for it.
     """
     rows: dict[str, list[Runner]] = {}
     for name, row in cfg.rows.items():
         if row.present:
             translators: Sequence[str | None] = row.translator or [None] * len(row.policy)
             pairs = zip(row.policy, translators, strict=True)
-            rows[name] = [_runner(f"evaluate.rows.{name}", row, *pair, sizes, loaders) for pair in pairs]
+            rows[name] = [_runner(f"evaluate.rows.{name}", row, *pair, size, loaders) for pair in pairs]
             _require_not_chosen_on(cfg.cameras, rows[name])
     return rows
 
 
 def _runner(
-    where: str,
-    row: RowConfig,
-    policy_path: str,
-    translator_path: str | None,
-    sizes: tuple[int, int],
-    loaders: Loaders,
+    where: str, row: RowConfig, policy_path: str, translator_path: str | None, size: int, loaders: Loaders
 ) -> Runner:
     policy = loaders.policy(policy_path)
     picture = policy.cfg.picture
     if picture != row.trained_on:
         raise UserError(f"{where}: {policy_path} was trained on {picture} pictures: expected {row.trained_on} ones")
-    size, source_size = sizes
     _require_size(where, policy_path, policy.size, size)
     looks_at_source = picture != "canonical" or policy.cfg.with_source
     known = {"policy": _known(policy_path, "q_function", looks_at_source)}
@@ -134,12 +127,7 @@ def _runner(
         return Runner(row, policy, None, known)
     known["translator"] = _known(translator_path, "translator", True)
     translator = loaders.translator(translator_path)
-    _require_size(where, translator_path, translator.canonical_size, size)
-    if source_size % translator.size:
-        raise UserError(
-            f"{where}: {translator_path} was trained on source pictures of {translator.size} px: the scenes have "
-            f"{source_size} px, expected a multiple"
-        )
+    _require_size(where, translator_path, translator.size, size)
     return Runner(row, policy, translator, known)
 
 

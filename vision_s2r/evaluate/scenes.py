@@ -27,11 +27,6 @@ class Scenes:
         return len(self.states)
 
     @property
-    def sizes(self) -> tuple[int, int]:
-        """Sides of canonical and of source pictures, pixels."""
-        return self.views.size, self.views.source_size
-
-    @property
     def inputs(self) -> list[Any]:
         """JSON-able: which scenes they are, and in what world grasps are tried."""
         manifest = self.views.manifest

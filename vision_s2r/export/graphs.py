@@ -73,16 +73,17 @@ class _Scoring(nn.Module):
 def translator(path: str) -> Graph:
     """The translator of a released checkpoint. Raises UserError where it is none."""
     loaded = Translator.load(path)
-    size = loaded.canonical_size
+    size = loaded.size
+    batch = ("batch", 3, size, size)
     meanings = {
-        "canonical": Port("canonical", ("batch", 3, size, size), "the canonical view, RGB in [0, 1]"),
+        "canonical": Port("canonical", batch, "the canonical view, RGB in [0, 1]"),
         "segmentation": Port("segmentation", ("batch", len(CLASSES), size, size), f"chances of {', '.join(CLASSES)}"),
         "depth": Port("depth", ("batch", size, size), "m"),
     }
     names = [name for name in meanings if name in loaded.network.heads]
     return Graph(
         _Translating(loaded, names),
-        (Port("images", ("batch", 3, loaded.size, loaded.size), "a picture, RGB in [0, 1]"),),
+        (Port("images", batch, "a picture, RGB in [0, 1]"),),
         tuple(meanings[name] for name in names),
         checkpoint.load(path, "translator"),
     )

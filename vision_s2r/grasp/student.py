@@ -17,7 +17,6 @@ from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraConfig
 from vision_s2r.errors import UserError
-from vision_s2r.geometry import enlarged
 from vision_s2r.grasp import augment
 from vision_s2r.grasp.config import GraspConfig
 from vision_s2r.grasp.forms import build
@@ -61,26 +60,26 @@ class Student(Method):
         policy: GraspConfig,
         teacher: tuple[QFunction, GraspConfig],
         cameras: tuple[CameraConfig, CameraConfig],
-        sizes: tuple[int, int],
+        size: int,
         margin: int,
         translator: Translator | None,
     ):
         """`policy`: of the student, with the checkpoint it starts as; `teacher`: a Q-function of canonical pictures.
 
-        `cameras`: of training and of validation. `sizes`: sides of canonical and of source pictures; `margin`: by which
-        the latter are wider on each side; pixels. Without a `translator` the student looks at source pictures.
+        `cameras`: of training and of validation. `size`: side of a picture; `margin`: by which source pictures are
+        wider on each side; pixels. Without a `translator` the student looks at source pictures.
         """
         self._cfg, self._policy, self._translator = cfg, policy, translator
         self._teacher = teacher[0].eval().requires_grad_(False)
         self._camera, self._validation_camera = (Camera.from_config(camera) for camera in cameras)
-        self._margin, (self._size, self._source_size) = margin, sizes
+        self._margin, self._size = margin, size
         network = build(policy)
         checkpoint.load(policy.start, self.kind).restore("q_function", network)
         self.networks = {"q_function": network}
         self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         known = dict(zip(("camera", "validation_camera"), map(asdict, cameras), strict=True))
         self.configuration = asdict(policy) | known | {"student": asdict(cfg)}
-        self.normalization = {"size": self._size}
+        self.normalization = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
         batch = {name: views.batch(name, draw.indices) for name in reads(self._policy)}
@@ -122,9 +121,8 @@ class Student(Method):
     def _seen(self, source: Tensor, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """What the student is given of sources uint8 [B, H+2m, W+2m, 3], and where its own rectifier should look."""
         images = to_float(source)
-        parameters = camera.sample(len(images), generator, self._source_size, self._source_size)
-        intrinsics = enlarged(batch["intrinsics"], self._source_size / self._size)
-        seen = camera(images, parameters, self._margin, intrinsics)
+        parameters = camera.sample(len(images), generator, self._size, self._size)
+        seen = camera(images, parameters, self._margin, batch["intrinsics"])
         truth = {}
         if self._policy.rectification:
             field = rectification.displacements(batch, parameters, self._size, POINTS)
@@ -197,9 +195,7 @@ def train_student(
         require(part, source, (*reads(policy), *names))
         if source.size != size:
             raise UserError(f"{part} views have {source.size} px: {start} looks at pictures of {size} px")
-        if translator is None:
-            one_size(part, source)
+        one_size(part, source)
     policy, views = replace(policy, start=str(start)), inputs.views
-    sizes = views.size, views.source_size
-    method = partial(Student, cfg, policy, (q_function, known), inputs.cameras, sizes, views.margin, translator)
+    method = partial(Student, cfg, policy, (q_function, known), inputs.cameras, views.size, views.margin, translator)
     return train(method, views, inputs.validation, cfg.training, out, seed).best

@@ -46,7 +46,7 @@ class Evaluation:
                 f"{folder / 'table.json'} is damaged ({error!r}): run `vision-s2r evaluate` again"
             ) from error
         scenes = Scenes.open(cfg, typed(scene, SceneConfig))
-        return cls(folder, cfg.seed, scenes, columns, load_rows(cfg, scenes.sizes, loaders))
+        return cls(folder, cfg.seed, scenes, columns, load_rows(cfg, scenes.views.size, loaders))
 
     def success(self, row: str, column: Column, k: int) -> np.ndarray:
         """Which grasps of the row's k-th training seed held, bool [N].

@@ -17,18 +17,18 @@ class Rectifier(nn.Module):
     in halves of the picture's side), on a grid from corner to corner. It begins as the identity.
     """
 
-    def __init__(self, width: int, looks: int = 2, scale: int = 1):
-        """`width`: channels of the first layer of a look; `scale`: how many times smaller a picture it looks at."""
+    def __init__(self, width: int, looks: int = 2):
+        """`width`: channels of the first layer of a look."""
         super().__init__()
         self.looks = nn.ModuleList(_Look(width) for _ in range(looks))
-        self.scale = scale
 
     def forward(self, images: Tensor) -> tuple[Tensor, Tensor]:
         found: list[Tensor] = []
-        small = F.avg_pool2d(images, self.scale) if self.scale > 1 else images
+        seen = images
         for look in self.looks:
-            found.append(look(displaced(small, found[-1])) + found[-1].detach() if found else look(small))
-        return displaced(images, found[-1]), torch.stack(found, 1)
+            found.append(look(seen) + (found[-1].detach() if found else 0))
+            seen = displaced(images, found[-1])
+        return seen, torch.stack(found, 1)
 
 
 class _Look(nn.Module):

@@ -26,11 +26,11 @@ LIT = 0.8  # shading where nothing is known yet: that of a typical pixel
 
 @dataclass
 class NetworkConfig:
-    """The size of a U-Net; 1.8 M parameters as it stands. The side of its maps is a multiple of 2^levels."""
+    """The size of a U-Net; 1.8 M parameters as it stands. The side of a picture is a multiple of 2^levels."""
 
     width: int = option(
         32,
-        "Channels at half the maps' resolution, the finest that most of it works at; each coarser level has twice, "
+        "Channels at half the picture's resolution, the finest that most of it works at; each coarser level has twice, "
         "at most 4 times as many.",
         above=0,
         high=512,
@@ -60,13 +60,6 @@ class NetworkConfig:
     )
     residual: bool = option(
         False, "Whether pictures (maps of 3 channels) are corrections of the picture that comes in, at first none."
-    )
-    source_scale: int = option(
-        1,
-        "Times as many pixels a side as its maps has the picture that comes in. They become channels of the first "
-        "layer, so that all the rest stays as small.",
-        low=1,
-        high=8,
     )
 
 
@@ -123,10 +116,10 @@ class _Detail(nn.Module):
 class UNet(nn.Module):
     """U-Net (Ronneberger et al. 2015, arXiv:1505.04597), its skips added rather than concatenated.
 
-    In: float [B, 3, s·H, s·W] in [0, 1], s the source's scale, H and W multiples of 2^levels. Out: a map
-    [B, heads[name], H, W] for each of `heads` (name: channels), linear; and where there is a rectifier `displacements`
-    [B, looks, 2, points, points], after each look. A composed `canonical` is the classes' colours, mixed by the softmax
-    of `segmentation`, times a shading that the network gives in its place.
+    In: float [B, 3, H, W] in [0, 1], H and W multiples of 2^levels. Out: a map [B, heads[name], H, W] for each
+    of `heads` (name: channels), linear; and where there is a rectifier `displacements` [B, looks, 2, points, points],
+    after each look. A composed `canonical` is the classes' colours, mixed by the softmax of `segmentation`, times a
+    shading that the network gives in its place.
     """
 
     def __init__(self, cfg: NetworkConfig, heads: dict[str, int]):
@@ -137,11 +130,10 @@ class UNet(nn.Module):
         self.composed = cfg.composed and {"canonical", "segmentation"} <= heads.keys()
         maps = heads | ({"canonical": 1} if self.composed else {})
         self.heads = dict(sorted(maps.items()))  # channels must not depend on how a dictionary was ordered
-        self.scale = cfg.source_scale
-        self.rectifier = Rectifier(cfg.rectifier, cfg.looks, self.scale) if cfg.rectifier else None
+        self.rectifier = Rectifier(cfg.rectifier, cfg.looks) if cfg.rectifier else None
         widths = [cfg.width * min(2**level, WIDEST) for level in range(cfg.levels)]
         pairs = list(pairwise(widths))
-        self.stem = nn.Conv2d(3 * (2 * self.scale) ** 2, widths[0], 3, padding=1)
+        self.stem = nn.Conv2d(3 * 4, widths[0], 3, padding=1)
         self.down = nn.ModuleList(Stage(w, cfg.blocks) for w in widths[:-1])
         self.downsample = nn.ModuleList(nn.Conv2d(w, v, 2, stride=2) for w, v in pairs)
         self.bottom = Stage(widths[-1], 2 * cfg.blocks)
@@ -161,7 +153,8 @@ class UNet(nn.Module):
         extra = {}
         if self.rectifier is not None:
             images, extra["displacements"] = self.rectifier(images)
-        x = self.stem(F.pixel_unshuffle(4 * (images - 0.5), 2 * self.scale))
+        source = 4 * (images - 0.5)
+        x = self.stem(F.pixel_unshuffle(source, 2))
         skips = []
         for stage, downsample in zip(self.down, self.downsample, strict=True):
             x = stage(x)
@@ -171,20 +164,15 @@ class UNet(nn.Module):
         for stage, upsample in zip(reversed(self.up), reversed(self.upsample), strict=True):
             x = stage(skips.pop() + F.interpolate(upsample(x), scale_factor=2.0, mode="nearest"))
         if self.detail is not None:
-            x = self.detail(x, 4 * (self._reduced(images) - 0.5))
+            x = self.detail(x, source)
         x = self.head(F.relu(self.norm(x))).float()
         x = x if self.detail is not None else F.pixel_shuffle(x, 2)
         maps = dict(zip(self.heads, x.split(list(self.heads.values()), 1), strict=True))
         if self.composed:
             maps["canonical"] = self._composed(maps["segmentation"], maps["canonical"])
         if self.residual:
-            images = self._reduced(images)
             maps = {name: images + CORRECTION * each if self.heads[name] == 3 else each for name, each in maps.items()}
         return maps | extra
-
-    def _reduced(self, images: Tensor) -> Tensor:
-        """Pictures that came in, as large as the maps."""
-        return F.avg_pool2d(images, self.scale)
 
     def _composed(self, logits: Tensor, shading: Tensor) -> Tensor:
         """The canonical picture [B, 3, H, W] of the classes' logits [B, C, H, W] and a shading [B, 1, H, W]."""

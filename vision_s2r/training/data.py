@@ -52,7 +52,7 @@ def one_size(part: str, views: ViewSource) -> None:
     if views.source_size != views.size:
         raise UserError(
             f"{part} views have source pictures of {views.source_size} px and canonical ones of {views.size}: "
-            "expected one size (render.source_scale=1), as translators alone read others"
+            "expected one size to train on (render.source_scale=1)"
         )
 
 

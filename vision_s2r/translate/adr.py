@@ -59,7 +59,7 @@ class CameraAdr:
 
         The effect of the boundary is on; the others are on as often as in training.
         """
-        count, size = self._cfg.probes, self.views.source_size
+        count, size = self._cfg.probes, self.views.size
         scenes = (step.index // self._cfg.every * count + torch.arange(count)) % len(self.views)
         draw = self.ranges.draw(count)
         at = [self.ranges.dimensions[number // 2].effect for number in draw.boundary]

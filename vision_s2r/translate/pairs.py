@@ -6,7 +6,6 @@ import torch
 from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraParameters
-from vision_s2r.geometry import enlarged
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
@@ -53,13 +52,12 @@ class Pairs:
 
     def __call__(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
         """The sources as a camera sees them, float [B, 3, H, W] in [0, 1] without margin, and their targets."""
-        images, size = to_float(batch["source"]), batch["canonical"].shape[1]
+        images = to_float(batch["source"])
         target = self._target(batch)
         if self._rectifies:
-            truth = rectification.displacements(batch, parameters, size, POINTS)
+            truth = rectification.displacements(batch, parameters, batch["canonical"].shape[1], POINTS)
             target["displacements"] = truth.to(images.device)
-        intrinsics = enlarged(batch["intrinsics"], (images.shape[-1] - 2 * self._margin) / size)
-        return camera(images, parameters, self._margin, intrinsics), target
+        return camera(images, parameters, self._margin, batch["intrinsics"]), target
 
     def _target(self, batch: Batch) -> Batch:
         near, far = self._depth_range

@@ -2,7 +2,6 @@
 
 import torch
 from torch import Tensor
-from torch.nn import functional as F
 
 # A colour a class, in the order of `vision_s2r.scene.CLASSES`: background, bin, arm, gripper, object.
 PALETTE = torch.tensor(
@@ -22,15 +21,12 @@ def grey(values: Tensor) -> Tensor:
 
 
 def grid(columns: list[Tensor]) -> Tensor:
-    """Columns of B pictures [B, 3, H, W] to one picture [3, B·(H+gap)+gap, columns·(W+gap)+gap].
-
-    Smaller pictures are enlarged to the size of the first column's.
-    """
+    """Columns of B pictures [B, 3, H, W] to one picture [3, B·(H+gap)+gap, columns·(W+gap)+gap]."""
     batch, _, height, width = columns[0].shape
     rows, across = batch * (height + GAP) + GAP, len(columns) * (width + GAP) + GAP
     canvas = torch.ones(3, rows, across)
     for c, column in enumerate(columns):
-        for r, picture in enumerate(F.interpolate(column.clamp(0, 1).cpu(), (height, width))):
+        for r, picture in enumerate(column.clamp(0, 1).cpu()):
             top, left = r * (height + GAP) + GAP, c * (width + GAP) + GAP
             canvas[:, top : top + height, left : left + width] = picture
     return canvas

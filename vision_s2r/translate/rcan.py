@@ -7,7 +7,6 @@ from typing import Any
 
 import torch
 from torch import Tensor
-from torch.nn import functional as F
 
 from vision_s2r.camera import Camera, CameraConfig, CameraParameters
 from vision_s2r.errors import UserError
@@ -27,7 +26,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import require
+from vision_s2r.training.data import one_size, require
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.adr import CameraAdr
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
@@ -62,7 +61,6 @@ class Rcan(Method):
         perceptual loss.
         """
         self._adr, self._frozen_q = adr, frozen_q
-        self._size = views.source_size
         self._vgg = Vgg() if cfg.loss.vgg > 0 else None
         self._cfg, self._depth_range = cfg, depth_range(views)
         self._pairs = Pairs(cfg, views.margin, self._depth_range, labelled=frozen_q is not None)
@@ -80,7 +78,7 @@ class Rcan(Method):
             self.optimizers["discriminator"] = adamw(discriminator, cfg.training, cfg.discriminator.learning_rate)
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}
         self.configuration = _configuration(cfg) | {"heads": heads} | cameras
-        self.normalization = normalization(views.source_size, self._depth_range)
+        self.normalization = normalization(views.size, self._depth_range)
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
         return self._pairs.drawn(views, draw)
@@ -96,7 +94,6 @@ class Rcan(Method):
             step.optimize(losses.weighted(cfg, terms), "unet")
             return terms
         discriminator, fake = self.networks["discriminator"], output["canonical"]
-        source = F.avg_pool2d(source, self._cfg.network.source_scale)
         with frozen(discriminator):
             terms["adversarial"] = losses.adversarial(cfg.adversarial_form, discriminator(source, fake))
         step.optimize(losses.weighted(cfg, terms), "unet")
@@ -148,7 +145,7 @@ class Rcan(Method):
         """Pictures through the validation camera, float [B, 3, H, W] in [0, 1], and their targets, on the device."""
         camera = self._validation_camera
         return self._pairs(
-            self._read(views, indices), camera, camera.sample(len(indices), generator, self._size, self._size)
+            self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
         )
 
     def state(self) -> dict[str, Any]:
@@ -172,10 +169,11 @@ class Rcan(Method):
 
     def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
         """What the camera does to the pictures of a training step."""
-        whole, rows = step.rows(len(batch["source"]))
+        count, size = batch["canonical"].shape[:2]
+        whole, rows = step.rows(count)
         if self._adr:
-            return self._adr.sample(step, whole, self._size).select(rows)
-        return self._camera.sample(whole, step.shared, self._size, self._size).select(rows)
+            return self._adr.sample(step, whole, size).select(rows)
+        return self._camera.sample(whole, step.shared, size, size).select(rows)
 
     @torch.no_grad()
     def _probe(self, adr: CameraAdr, step: Step) -> None:
@@ -251,12 +249,7 @@ def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource,
         picture = "randomized" if part == "training" else cfg.validate_on
         labels = LABELS if labelled and part == "validation" else ()
         require(part, source, (picture, *needed(cfg, labelled), *labels))
-        scale = cfg.network.source_scale
-        if source.source_size != scale * source.size:
-            raise UserError(
-                f"{part} views have source pictures of {source.source_size} px and canonical ones of {source.size}: "
-                f"expected {scale} times as many, as network.source_scale says"
-            )
+        one_size(part, source)
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
 
@@ -271,7 +264,7 @@ def depth_range(views: ViewSource) -> tuple[float, float]:
 
 
 def normalization(size: int, depth_range: tuple[float, float]) -> dict[str, Any]:
-    """What a translator's checkpoint says: side of source pictures (px), nearest and farthest depth (m), colours."""
+    """What a translator's checkpoint says of its pictures: side (px), nearest and farthest depth (m), colours."""
     return {"size": size, "depth_range": list(depth_range), "palette": [list(colour) for colour in palette()]}
 
 

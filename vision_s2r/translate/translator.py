@@ -18,11 +18,11 @@ class Translator:
     """Pictures of a scene to its canonical view: `Translator.load(path)(images)`."""
 
     def __init__(self, network: UNet, size: int, depth_range: tuple[float, float] | None):
-        """`size`: side of the source pictures that it was trained on, px.
+        """`size`: side of the pictures that it was trained on, px.
 
         `depth_range`: nearest and farthest depth (m), which the network gives as 0 and 1, if it gives any.
         """
-        self.size, self.canonical_size = size, size // network.scale
+        self.size = size
         self.network = network.eval().requires_grad_(False)
         self._depth_range = depth_range
 
@@ -51,7 +51,7 @@ class Translator:
         """The canonical views of pictures, in their form and on their device.
 
         uint8 [B, H, W, 3] gives uint8 [B, H, W, 3]; float [B, 3, H, W] in [0, 1] gives float32 [B, 3, H, W] in
-        [0, 1]; H and W are `size`, of the canonical views `canonical_size`. Raises UserError for anything else.
+        [0, 1]; H and W are `size`. Raises UserError for anything else.
         """
         canonical = self.predict(images)["canonical"]
         return to_uint8(canonical) if images.dtype == torch.uint8 else canonical

@@ -90,9 +90,7 @@ def _pairs(frames: Iterator[np.ndarray], translator: Translator) -> Iterator[np.
 
 def _beside(batch: list[np.ndarray], translator: Translator) -> Iterator[np.ndarray]:
     seen = np.stack(batch)
-    scale = translator.size // translator.canonical_size
-    canonical = translator(torch.from_numpy(seen)).numpy().repeat(scale, 1).repeat(scale, 2)
-    yield from np.concatenate([seen, canonical], 2)
+    yield from np.concatenate([seen, translator(torch.from_numpy(seen)).numpy()], 2)
 
 
 def _square(frame: np.ndarray, size: int) -> np.ndarray:
