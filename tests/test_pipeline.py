@@ -46,5 +46,16 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert "from simulation to reality" in page.read_text()
 
 
+def test_a_camera_of_more_pixels_is_brought_to_what_networks_read(tmp_path):
+    done = _run(tmp_path, "run", "with_baseline=false", "data.test.source_scale=2", "data.test.margin=8")
+    assert done.returncode == 0, done.stderr
+    table = json.loads((tmp_path / "out" / "table.json").read_text())
+    assert table["scenes"]["render"]["source_scale"] == 2
+    rows = {record["row"] for record in table["cells"]}
+    assert rows == {"oracle", "no_translation", "rcan", "rcan_student"}
+    refused = _run(tmp_path, "translate", f"data.pairs.out={tmp_path}/test", f"out={tmp_path}/other")
+    assert refused.returncode == 2 and "render.source_scale=1" in refused.stderr
+
+
 def folder_of(folder: Path, kind: str) -> Path:
     return folder / "out" / f"{kind}-0" / "best.safetensors"

@@ -1,4 +1,4 @@
-"""Where a plane of the world appears in a picture."""
+"""Where a plane of the world appears in a picture, and intrinsics of pictures of another size."""
 
 import torch
 from torch import Tensor
@@ -16,3 +16,11 @@ def plane_homography(intrinsics: Tensor, extrinsics: Tensor, height: float) -> T
     camera = torch.stack([extrinsics[:, :3, 0], extrinsics[:, :3, 1], origin], -1)  # (x, y, 1) → camera's axes
     x, y, z = camera.unbind(1)
     return torch.stack([fx * x + cx * z, fy * y + cy * z, z], 1).float()
+
+
+def enlarged(intrinsics: Tensor, factor: float) -> Tensor:
+    """Intrinsics [B, 4] (fx, fy, cx, cy) of a picture with `factor` times as many pixels a side.
+
+    Centres of pixels lie at integers.
+    """
+    return torch.cat([intrinsics[:, :2] * factor, (intrinsics[:, 2:] + 0.5) * factor - 0.5], 1)

@@ -1,6 +1,7 @@
 """The two forms of a picture: uint8 channels-last at rest, float channels-first inside networks."""
 
 import torch
+from torch.nn import functional as F
 
 from vision_s2r.errors import UserError
 
@@ -20,3 +21,9 @@ def to_float(images: torch.Tensor) -> torch.Tensor:
 def to_uint8(images: torch.Tensor) -> torch.Tensor:
     """float [..., 3, H, W] in [0, 1] to uint8 [..., H, W, 3], rounded; values outside are clipped."""
     return images.detach().float().clamp(0, 1).mul(255).round().to(torch.uint8).movedim(-3, -1).contiguous()
+
+
+def reduced(images: torch.Tensor, size: int) -> torch.Tensor:
+    """Pictures uint8 [N, H, H, 3], H a multiple of `size`, as pictures of `size` px: means of squares of pixels."""
+    factor = images.shape[1] // size
+    return images if factor == 1 else to_uint8(F.avg_pool2d(to_float(images), factor))

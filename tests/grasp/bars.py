@@ -44,7 +44,7 @@ def on_plane(intrinsics: Tensor, extrinsics: Tensor, size: int, margin: int) -> 
 class Bars:
     """Scenes of one bar each; a grasp succeeds on its middle line, away from its ends, closing across it."""
 
-    size, margin = SIZE, MARGIN
+    size, source_size, margin = SIZE, SIZE, MARGIN
 
     def __init__(self, scenes: int, seed: int):
         generator = torch.Generator().manual_seed(seed)

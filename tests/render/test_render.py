@@ -17,6 +17,7 @@ import torch
 from safetensors import SafetensorError
 
 from vision_s2r.errors import UserError
+from vision_s2r.images import reduced
 from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.render import shard as shards
 from vision_s2r.render.manifest import Manifest
@@ -48,6 +49,16 @@ def test_what_is_rendered_is_what_was_asked_for(views, config):
     assert torch.equal(views.subset([4, 2]).all("depth"), views.batch("depth", torch.tensor([4, 2])))
     with pytest.raises(UserError, match="did you mean 'canonical'"):
         views.all("canonicl")
+
+
+def test_source_pictures_of_more_pixels_show_the_same(views, config, tmp_path):
+    large = Views.open(render(SCENE, replace(config, out=str(tmp_path), source_scale=2, margin=8, grasps=0)))
+    assert (large.size, large.source_size) == (32, 64) and views.source_size == 32
+    assert torch.equal(large.all("canonical"), views.all("canonical"))
+    for name in ("real", "randomized"):
+        same = reduced(large.all(name).flatten(0, -4), 40).float() - views.all(name).flatten(0, -4)
+        other = views.all(name).flatten(0, -4).float() - views.all(name).flatten(0, -4).roll(1, 0)
+        assert same.abs().mean() < 0.3 * other.abs().mean()
 
 
 def test_workers_and_shards_change_nothing(views, config, tmp_path):

@@ -47,7 +47,7 @@ TINY = TranslateConfig(
 class Rectangles:
     """Scenes of two rectangles; sources are textured at random, canonical pictures have a colour a class."""
 
-    size, margin = SIZE, MARGIN
+    size, source_size, margin = SIZE, SIZE, MARGIN
 
     def __init__(self, scenes: int, seed: int):
         generator = torch.Generator().manual_seed(seed)

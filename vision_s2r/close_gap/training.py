@@ -75,7 +75,8 @@ class Again:
     def __init__(self, views: Views, success: Tensor) -> None:
         """`success`: as the views' own, [N, grasps]."""
         self._views, self._success = views, success
-        self.size, self.margin, self.names = views.size, views.margin, views.names
+        self.size, self.source_size = views.size, views.source_size
+        self.margin, self.names = views.margin, views.names
 
     def __len__(self) -> int:
         return len(self._views)

@@ -54,12 +54,13 @@ def columns(cfg: EvaluateConfig) -> list[Column]:
 
 
 def pictures(column: Column, views: Views, seed: int) -> Tensor:
-    """The column's picture of each scene, uint8 [N, H, W, 3].
+    """The column's picture of each scene, uint8 [N, H, W, 3]; source pictures as large as a camera sees them.
 
     Each is a function of (scene, column, seed) alone, pixel for pixel, whatever other scenes there are.
     """
     if column.appearance == "canonical":
-        return views.all("canonical")
+        scale = views.source_size // views.size
+        return views.all("canonical").repeat_interleave(scale, 1).repeat_interleave(scale, 2)
     if column.changes:
         return rendered(views, lambda scene, state: changed(real(scene, state), column.changes))
     source = views.all(column.appearance)
@@ -67,6 +68,6 @@ def pictures(column: Column, views: Views, seed: int) -> Tensor:
         source = source[:, 0]
     m = views.margin
     if column.camera is None:
-        return source[:, m : m + views.size, m : m + views.size].contiguous()
+        return source[:, m : m + views.source_size, m : m + views.source_size].contiguous()
     key = zlib.crc32(column.name.encode())
     return through(views, source, Camera.from_config(column.camera), lambda scene: generator(key, seed, *scene))

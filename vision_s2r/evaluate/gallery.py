@@ -11,10 +11,11 @@ from vision_s2r.errors import UserError
 from vision_s2r.evaluate.columns import Column, pictures
 from vision_s2r.evaluate.drawing import png, sheet
 from vision_s2r.files import write
+from vision_s2r.images import reduced
 from vision_s2r.render import Views
 from vision_s2r.translate import Translator
 
-SCALE = 2  # times the pictures' size
+SIDE = 128  # px: of a picture on the sheet
 
 
 def gallery(translator: str, scenes: str, cameras: list[str], count: int, out: Path, seed: int = 0) -> Path:
@@ -33,12 +34,12 @@ def gallery(translator: str, scenes: str, cameras: list[str], count: int, out: P
     for column in seen:
         source = pictures(column, views, seed)
         lines[column.name] = _line(source)
-        lines[f"{column.name}_translated"] = _line(network(source))
+        lines[f"{column.name}_translated"] = _line(network(reduced(source, network.size)))
     lines["truth"] = _line(views.all("canonical"))
     return write(out, png(sheet(lines)))
 
 
 def _line(images: torch.Tensor) -> np.ndarray:
-    """Pictures uint8 [N, H, W, 3] side by side, enlarged."""
+    """Pictures uint8 [N, H, H, 3] side by side, enlarged."""
     joined = np.concatenate(list(images.numpy()), axis=1)
-    return cv2.resize(joined, None, fx=SCALE, fy=SCALE, interpolation=cv2.INTER_NEAREST)
+    return cv2.resize(joined, (SIDE * len(images), SIDE), interpolation=cv2.INTER_NEAREST)

@@ -15,6 +15,7 @@ from vision_s2r.evaluate.columns import Column
 from vision_s2r.evaluate.config import EvaluateConfig, RowConfig
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.grasp import GraspPolicy
+from vision_s2r.images import reduced
 from vision_s2r.render.shard import checksum
 from vision_s2r.training import checkpoint
 from vision_s2r.translate import Translator
@@ -79,7 +80,9 @@ class Runner:
         """What the policy is given, uint8 [N, H, W, 3], of the column's pictures and the true canonical ones."""
         if self.cfg.picture == "canonical":
             return canonical
-        return source if self.translator is None else self.translator(source)
+        if self.translator is None:
+            return reduced(source, self.policy.size)
+        return self.translator(reduced(source, self.translator.size))
 
     def act(self, source: Tensor, scenes: Scenes) -> tuple[np.ndarray, np.ndarray]:
         """Grasps float64 [N, 3] and Q of each [N] for the column's pictures of the scenes."""
@@ -87,7 +90,7 @@ class Runner:
         intrinsics, extrinsics = scenes.views.all("intrinsics"), scenes.views.all("extrinsics")
         actions, q = [], []
         for some in torch.arange(len(scenes)).split(BATCH):
-            beside = source[some] if self.policy.cfg.with_source else None
+            beside = reduced(source[some], self.policy.size) if self.policy.cfg.with_source else None
             found = self.policy.act(pictures[some], intrinsics[some], extrinsics[some], scenes.seeds[some], beside)
             actions.append(found.actions)
             q.append(found.q)
@@ -97,7 +100,8 @@ class Runner:
 def load_rows(cfg: EvaluateConfig, size: int, loaders: Loaders) -> dict[str, list[Runner]]:
     """The rows whose checkpoints are configured, each with a runner for each training seed.
 
-    Raises UserError for a missing or foreign checkpoint, and one that does not fit its row or pictures of `size`.
+    Raises UserError for a missing or foreign checkpoint, and one that does not fit its row or canonical pictures of
+    `size`; source pictures of more pixels are made as small for it.
     """
     rows: dict[str, list[Runner]] = {}
     for name, row in cfg.rows.items():

@@ -19,7 +19,7 @@ from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, Inputs, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
-from vision_s2r.training.data import require
+from vision_s2r.training.data import one_size, require
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
@@ -174,6 +174,8 @@ def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path
         ("validation", validation, _read(cfg, cfg.validate_on)),
     ):
         require(part, source, (*names, *LABELS))
+        if any(picture in names for picture in SOURCES):
+            one_size(part, source)
         if cfg.front and source.size % 2**cfg.front.levels:
             raise UserError(
                 f"{part} views of {source.size} px: grasp.front expects a multiple of {2**cfg.front.levels}"

@@ -39,7 +39,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import require
+from vision_s2r.training.data import one_size, require
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -195,6 +195,7 @@ def train_student(
         require(part, source, (*reads(policy), *names))
         if source.size != size:
             raise UserError(f"{part} views have {source.size} px: {start} looks at pictures of {size} px")
+        one_size(part, source)
     policy, views = replace(policy, start=str(start)), inputs.views
     method = partial(Student, cfg, policy, (q_function, known), inputs.cameras, views.size, views.margin, translator)
     return train(method, views, inputs.validation, cfg.training, out, seed).best

@@ -6,6 +6,7 @@ from torch import Tensor
 from vision_s2r.evaluate.rows import Runner
 from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.grasp.geometry import random_grasps
+from vision_s2r.images import reduced
 
 GRASPS = 64  # drawn uniformly, the same in every scene
 SEED = 0  # of that draw
@@ -30,7 +31,7 @@ class QDifference:
 
         Pictures are uint8 [N, H, W, 3].
         """
-        beside = source if runner.policy.cfg.with_source else None
+        beside = reduced(source, runner.policy.size) if runner.policy.cfg.with_source else None
         grasps, true = self._reference(runner, beside)
         q = runner.policy.score(translated, *self._cameras, grasps, beside)
         return (q - true).abs().mean(1)

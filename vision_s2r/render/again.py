@@ -23,7 +23,7 @@ def rendered(views: Views, look: Look) -> Tensor:
     assert isinstance(scene, SceneConfig)
     with Renderer(scene) as renderer:
         pictures = [
-            renderer.render(state, look(scene, state), views.size, views.margin).rgb for state in views.states()
+            renderer.render(state, look(scene, state), views.source_size, views.margin).rgb for state in views.states()
         ]
-    m = views.margin
-    return torch.from_numpy(np.stack(pictures)[:, m : m + views.size, m : m + views.size])
+    m, size = views.margin, views.source_size
+    return torch.from_numpy(np.stack(pictures)[:, m : m + size, m : m + size])

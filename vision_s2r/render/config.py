@@ -24,6 +24,13 @@ class RenderConfig:
         high=4,
     )
     size: int = option(64, "Side of a picture, pixels.", low=16)
+    source_scale: int = option(
+        1,
+        "Times as many pixels a side as the canonical picture have source pictures, randomized and real: a camera of "
+        "more pixels, over the same labels.",
+        low=1,
+        high=8,
+    )
     margin: int = option(8, "Pixels that source pictures have more on each side, for lenses that warp.", low=0)
     views: int = option(3, "Randomized pictures of each scene.", low=0)
     real: bool = option(False, "Whether the real appearance is rendered too.")

@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from vision_s2r.camera import Camera
+from vision_s2r.geometry import enlarged
 from vision_s2r.images import to_float, to_uint8
 from vision_s2r.render.views import Views
 from vision_s2r.threads import one_thread
@@ -14,11 +15,12 @@ Draw = Callable[[list[int]], torch.Generator]  # of a scene's seed and index
 
 
 def through(views: Views, source: Tensor, camera: Camera, draw: Draw) -> Tensor:
-    """Pictures uint8 [N, H+2m, W+2m, 3] of the views' scenes through a camera: uint8 [N, H, W, 3].
+    """Source pictures uint8 [N, H+2m, W+2m, 3] of the views' scenes through a camera: uint8 [N, H, W, 3].
 
     Each is a function of its scene and `draw` alone, pixel for pixel, whatever other scenes there are.
     """
-    intrinsics, size, margin = views.all("intrinsics"), views.size, views.margin
+    size, margin = views.source_size, views.margin
+    intrinsics = enlarged(views.all("intrinsics"), size / views.size)
     seen = []
     with one_thread():  # several lose more in handing over such small pictures than they gain
         # One by one: convolutions over a batch differ in the last bit with the size of the batch.
@@ -40,12 +42,13 @@ class Recorded:
 
     def __init__(self, views: Views, seen: Tensor) -> None:
         """`seen`: uint8 [N, H, W, 3]."""
-        self._views, self._seen, self.size = views, seen, views.size
+        self._views, self._seen = views, seen
+        self.size, self.source_size = views.size, views.source_size
 
     @classmethod
     def by(cls, views: Views, cameras: Sequence[Camera], draw: Draw) -> "Recorded":
         """Scene i recorded by camera i modulo their number: as many robots, each with a camera of its own."""
-        pictures = torch.empty(len(views), views.size, views.size, 3, dtype=torch.uint8)
+        pictures = torch.empty(len(views), views.source_size, views.source_size, 3, dtype=torch.uint8)
         for k, camera in enumerate(cameras):
             some = torch.arange(k, len(views), len(cameras))
             part = views.subset(some)

@@ -61,11 +61,12 @@ def render_scene(renderer: Renderer, state: SceneState, cfg: RenderConfig) -> di
         "extrinsics": camera.extrinsics(),
         **state_arrays(state),
     }
+    source_size = cfg.size * cfg.source_scale
     if cfg.views:
         looks = [randomized(renderer.cfg, state, view) for view in range(cfg.views)]
-        row["randomized"] = np.stack([renderer.render(state, k, cfg.size, cfg.margin).rgb for k in looks])
+        row["randomized"] = np.stack([renderer.render(state, k, source_size, cfg.margin).rgb for k in looks])
     if cfg.real:
-        row["real"] = renderer.render(state, real(renderer.cfg, state), cfg.size, cfg.margin).rgb
+        row["real"] = renderer.render(state, real(renderer.cfg, state), source_size, cfg.margin).rgb
     if cfg.grasps:
         grasps, origins = propose(renderer.cfg, state, cfg.grasps)
         success = [attempt(renderer.cfg, state, grasp).success for grasp in grasps]

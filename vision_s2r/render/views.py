@@ -46,12 +46,17 @@ class Views:
 
     @property
     def size(self) -> int:
-        """Side of a picture without its margin, pixels."""
+        """Side of a canonical picture, pixels."""
         return int(self.manifest.render["size"])
 
     @property
+    def source_size(self) -> int:
+        """Side of a source picture without its margin, pixels."""
+        return self.size * int(self.manifest.render["source_scale"])
+
+    @property
     def margin(self) -> int:
-        """Pixels around a source picture on each side."""
+        """Pixels of its own around a source picture on each side."""
         return int(self.manifest.render["margin"])
 
     @property

@@ -22,8 +22,12 @@ class ViewSource(Protocol):
         """Height and width of the canonical picture, pixels."""
 
     @property
+    def source_size(self) -> int:
+        """The same of randomized and real pictures, without their margin."""
+
+    @property
     def margin(self) -> int:
-        """Pixels by which randomized and real pictures are wider on each side."""
+        """Pixels of theirs by which randomized and real pictures are wider on each side."""
 
     @property
     def names(self) -> Set[str]:
@@ -41,6 +45,15 @@ def require(part: str, views: ViewSource, names: Iterable[str]) -> None:
     for name in names:
         if name not in views.names:
             raise UserError(f"{part} views hold no '{name}': {nearest(name, views.names)}")
+
+
+def one_size(part: str, views: ViewSource) -> None:
+    """Raises UserError unless source pictures are as large as canonical ones."""
+    if views.source_size != views.size:
+        raise UserError(
+            f"{part} views have source pictures of {views.source_size} px and canonical ones of {views.size}: "
+            "expected one size to train on (render.source_scale=1)"
+        )
 
 
 def generator(*key: int) -> torch.Generator:

@@ -26,7 +26,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import require
+from vision_s2r.training.data import one_size, require
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.adr import CameraAdr
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
@@ -249,6 +249,7 @@ def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource,
         picture = "randomized" if part == "training" else cfg.validate_on
         labels = LABELS if labelled and part == "validation" else ()
         require(part, source, (picture, *needed(cfg, labelled), *labels))
+        one_size(part, source)
     if views.margin != validation.margin:
         raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
 
