@@ -90,7 +90,7 @@ class DiagnoseConfig:
         "found is worth mending for a policy. Empty: it does not.",
     )
     policy: str = option("", "The row of these curves; empty: the first.")
-    joint: SearchConfig = option(SearchConfig(known=True, breadth=6), "The search for what a joint has.")
+    joint: SearchConfig = option(SearchConfig(known=True), "The search for what a joint has.")
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True),
         "The search for what a camera has.",

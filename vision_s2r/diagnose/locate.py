@@ -70,7 +70,7 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[dict[str, Any]]:
             return np.divide(share_of(counts, k), drawn, out=np.zeros(len(counts)), where=drawn > 0)
 
         share = float(share_of(np.ones((1, len(over))))[0])
-        if share <= LEAST or interval(lift_of, len(over), seed)[0] <= LIFT:
+        if not share > LEAST or interval(lift_of, len(over), seed)[0] <= LIFT:  # of no gap there is no share
             continue
         low, high = interval(share_of, len(over), seed)
         place = {

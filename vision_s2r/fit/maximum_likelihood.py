@@ -6,7 +6,7 @@ reweighted least squares.)
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -66,22 +66,15 @@ def _costs(residuals: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
 
 
 def minimize(
-    observer: Residuals[S],
-    space: S,
-    data: Data,
-    start: np.ndarray,
-    iterations: int,
-    strides: Sequence[float] = (1.0,),
-    more: int = 0,
+    observer: Residuals[S], space: S, data: Data, start: np.ndarray, iterations: int, strides: Sequence[float] = (1.0,)
 ) -> Fitted:
     """From one start to the nearest optimum, or as far as `iterations`, 1 or more, go with each stride.
 
-    A stride multiplies the steps of the differences: long ones look over the small ripples that impacts leave. Each
-    iteration may take so many `more` steps with its derivatives: what changes is mostly how much a residual counts.
+    A stride multiplies the steps of the differences: long ones look over the small ripples that impacts leave.
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        found = _descend(observer, space, data, best.point, start, stride, iterations, more)
+        found = _descend(observer, space, data, best.point, start, stride, iterations)
         if found.cost < best.cost:
             best = found
     return best
@@ -106,10 +99,6 @@ class _Descent(Generic[S]):
     data: Data
     centre: np.ndarray  # of the prior
     stride: float
-    more: int
-    known: list[np.ndarray] = field(
-        default_factory=list
-    )  # the last steps [D], and what they change [D, E, T, channels]
 
     def at(self, points: np.ndarray) -> list[_State]:
         residuals = self.observer.residuals(self.space, points, self.data.episodes)
@@ -122,48 +111,20 @@ class _Descent(Generic[S]):
     def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
         points, steps = self.space.differences(state.point, self.stride)
         around = self.observer.residuals(self.space, points[1:], self.data.episodes)
-        self.known[:] = steps, around - state.residuals
-        return self._equations(state, around)
-
-    def _equations(self, state: _State, around: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        curvature, slope = _normal(np.concatenate([state.residuals, around]), self.known[0], state.scale, self.data)
+        curvature, slope = _normal(np.concatenate([state.residuals, around]), steps, state.scale, self.data)
         stiffness = self.space.stiffness(state.point, self.centre)
         curvature[np.diag_indices(self.space.size)] += stiffness
         slope += (self.centre - state.point) * stiffness
         return _held_at_bounds(state.point, curvature, slope, self.space)
 
     def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
-        states = self._moved(state, steps)
-        best = min(range(len(states)), key=lambda k: states[k].cost)
-        if states[best].cost < state.cost:
-            states[best] = self._followed(states[best])
-        return states
-
-    def _moved(self, state: _State, steps: np.ndarray) -> list[_State]:
         return self.at(np.clip(state.point + steps, self.space.low, self.space.high))
-
-    def _followed(self, state: _State) -> _State:
-        """Further down with the derivatives that are known, as long as that brings anything."""
-        for _ in range(self.more):
-            equations = self._equations(state, state.residuals + self.known[1])
-            (after,) = self._moved(state, damped_step(*equations, RULE.first)[None])
-            if after.cost > state.cost - RULE.gain:
-                break
-            state = after
-        return state
 
 
 def _descend(
-    observer: Residuals[S],
-    space: S,
-    data: Data,
-    point: np.ndarray,
-    centre: np.ndarray,
-    stride: float,
-    iterations: int,
-    more: int,
+    observer: Residuals[S], space: S, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
 ) -> Fitted:
-    descent = _Descent(observer, space, data, space.believed(centre), stride, more)
+    descent = _Descent(observer, space, data, space.believed(centre), stride)
     found = descend(descent, descent.at(point[None])[0], iterations, RULE)
     return Fitted(found.point, found.cost, found.scale)
 

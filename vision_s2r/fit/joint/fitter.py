@@ -19,7 +19,6 @@ from vision_s2r.joint import DYNAMICS
 
 FINE_STRIDES = (3.0, 1.0, 0.3)  # over ripples, near the optimum
 LONG_STRIDE = 10.0
-MORE = 3  # steps with the same derivatives
 SOFT = 400.0  # times the floor's variance: blurs ripples
 FOLLOWED = 2  # starts of an effect that are followed
 SCREENED = 8  # effects whose starts are, of those that are screened at once
@@ -142,11 +141,11 @@ class JointFitter(Fitter[JointSpace]):
         """The optimum next to a point."""
         iterations = iterations or 12
         strides = FINE_STRIDES if any(JOINT_FITS[name].rippled for name in space.effects) else (1.0,)
-        fitted = minimize(self.observer, space, data, point, iterations, strides, MORE)
+        fitted = minimize(self.observer, space, data, point, iterations, strides)
         if not set(space.effects) <= set(DYNAMICS):  # valleys with kinks in them: what a long stride finds
-            longer = minimize(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,), MORE)
+            longer = minimize(self.observer, space, data, fitted.point, iterations, (LONG_STRIDE,))
             if longer.cost < fitted.cost - 0.1:
-                fitted = minimize(self.observer, space, data, longer.point, iterations, strides, MORE)
+                fitted = minimize(self.observer, space, data, longer.point, iterations, strides)
         return space.hypothesis(fitted.point, {SCALE: fitted.scale})
 
     def screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
