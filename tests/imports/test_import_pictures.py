@@ -10,7 +10,7 @@ from PIL import Image
 from vision_s2r.commands.main import run
 from vision_s2r.commands.table import COMMANDS
 from vision_s2r.errors import UserError
-from vision_s2r.imports import import_chessboard, import_images
+from vision_s2r.imports import chessboard, import_chessboard, import_images
 from vision_s2r.recording import read
 
 WIDTH, HEIGHT, FOCAL = 320, 240, 260.0
@@ -61,6 +61,19 @@ def test_a_calibration_set_becomes_pairs_without_the_lens(photographs, tmp_path,
     )
     assert where.mean() > 0.1 and (rendered != dark).mean() < 0.02
     assert (seen != dark).mean() > 3 * (rendered != dark).mean()
+
+
+def test_a_part_of_a_board_that_more_small_pictures_show_is_not_taken_for_it(photographs, monkeypatch):
+    whole = chessboard._corners
+
+    def of_small_pictures(photograph, size):
+        if size == (6, 5):
+            return np.zeros((30, 2))
+        return None if photograph.path.name == "shot0.jpg" else whole(photograph, size)
+
+    monkeypatch.setattr(chessboard, "_corners", of_small_pictures)
+    *_, about = chessboard.load(photographs, [])
+    assert about["inner_corners"] == [7, 5] and list(about["left_out"]) == ["shot0.jpg"]
 
 
 def test_what_is_no_board_is_said(tmp_path):

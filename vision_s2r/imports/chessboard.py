@@ -28,6 +28,7 @@ BOARDS = (
     (5, 4),
 )  # inner corners, tried in turn
 LEAST = 4  # photographs that show the board whole
+LOOKED_AT = 3  # photographs, to see which board it is
 _SAMPLES = 4  # of a rendered pixel, along each axis
 _BACKGROUND = 0.5  # coded value of what is no board
 _RIM = 0.3  # squares around the inner corners of which the simulation is meant: some boards' outer squares are cut
@@ -96,8 +97,11 @@ def _boards(given: Sequence[Photograph], inner: Sequence[int]) -> tuple[tuple[in
     if inner and (len(inner) != 2 or min(inner) < 3):
         raise UserError(f"inner is {list(inner)}, expected two numbers of inner corners, at least 3 each: inner=[9,6]")
     tried = [(int(inner[0]), int(inner[1]))] if inner else BOARDS
-    first = list(given)[:3]
-    size = max(tried, key=lambda each: sum(_corners(photograph, each) is not None for photograph in first))
+    first = list(given)[:LOOKED_AT]
+    seen = {each: sum(_corners(photograph, each) is not None for photograph in first) for each in tried}
+    # A part of a board passes for a whole one, and is seen more often where a picture is small.
+    often = [each for each in tried if 2 * seen[each] >= max(seen.values())]
+    size = max(often, key=lambda each: each[0] * each[1])
     boards, missing = [], []
     for photograph in given:
         corners = _corners(photograph, size)
