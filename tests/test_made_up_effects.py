@@ -29,6 +29,7 @@ def with_installed(tmp_path: Path, kind: str, module: str, program: str) -> None
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_made_up_joint_effect(tmp_path: Path) -> None:
     with_installed(tmp_path, "joint", "air_drag", "try_air_drag")
 

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 
 def _run(folder: Path, script: str = "run", *more: str) -> subprocess.CompletedProcess[str]:
     data = [f"data.{part}.out={folder}/{part}" for part in ("pairs", "train", "validation", "test")]
@@ -46,6 +48,7 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert "from simulation to reality" in page.read_text()
 
 
+@pytest.mark.slow
 def test_a_camera_of_more_pixels_is_brought_to_what_networks_read(tmp_path):
     done = _run(tmp_path, "run", "with_baseline=false", "data.test.source_scale=2", "data.test.margin=8")
     assert done.returncode == 0, done.stderr

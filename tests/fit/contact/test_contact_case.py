@@ -149,6 +149,7 @@ def test_poses_that_are_off_at_rest_are_no_noise_and_still_show_friction_and_res
     assert found["restitution"] == pytest.approx(0.1, abs=0.03)
 
 
+@pytest.mark.slow
 def test_air_drag_that_few_poses_show_is_neither_no_gap_nor_rolling_friction():
     """In the mean nothing is left over the noise; in flight something is, which no effect explains."""
     first = toss(12, 3)

@@ -147,6 +147,7 @@ def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_st
     assert "not in the patch" in (tmp_path / "report" / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_drive_that_fades_is_called_so_and_passes_for_no_effect() -> None:
     command = steps(5, 300)
     fading = 1 - 0.4 * (1 - np.exp(-0.01 * np.arange(300) / 1.0))
