@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import torch
 import torch.nn.functional as F
 
@@ -153,6 +154,7 @@ def labelled(made: CameraRecording) -> CameraRecording:
     return replace(made, labels=labels)
 
 
+@pytest.mark.slow
 def test_frames_that_are_mixed_have_no_grain() -> None:
     texture = Hypothesis({"1.texture": {"amplitude": 0.05, "scale": 3.0}})
     field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))

@@ -128,6 +128,7 @@ def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
     assert {effect.name for effect in report.effects} == {"torque_saturation", "load_dependent_friction"}
 
 
+@pytest.mark.slow
 def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_stays_out_of_the_patch(
     tmp_path: Path,
 ) -> None:
