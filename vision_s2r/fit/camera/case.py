@@ -414,11 +414,11 @@ class CameraCase:
 
     # -- what to ask
 
-    @torch.inference_mode()
     def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
         """None: no effect has axes of its own."""
         return None
 
+    @torch.inference_mode()
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each name would gain: one linear step from the best of a few settings."""
         few = self._few(range(self.segments))[:2]
