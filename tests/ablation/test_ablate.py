@@ -77,10 +77,8 @@ def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch
     assert {"l1", "psnr", "q_difference", "auc", "success webcam"} <= {row["measure"] for row in rows}
     assert (out / "ablation.png").stat().st_size > 0
     sheet, alone = (cv2.imread(str(out / name)) for name in ("strip.png", "full-0/table/strip.png"))
-    assert sheet.shape == (
-        (1 + len(variants)) * len(alone) // 2,
-        *alone.shape[1:],
-    )  # the pictures, and a row for each variant
+    rows_of_sheet = 1 + len(variants)  # the pictures, and a row for each variant
+    assert sheet.shape == (rows_of_sheet * len(alone) // 2, *alone.shape[1:])
     np.testing.assert_array_equal(sheet[len(alone) // 2 : len(alone), LABEL:], alone[len(alone) // 2 :, LABEL:])
 
     made = {path: path.stat().st_mtime_ns for path in [*out.rglob("*.safetensors"), *out.rglob("result.json")]}
