@@ -69,8 +69,9 @@ class FreeRunGap:
         without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
         change = self._ahead(hypothesis) - self._ahead(without)
         axes = {each: (labels, bins) for each, labels, bins in self._axes()}
-        if name == "cogging":
-            axes["position"] = _within_period(self._track.position, hypothesis.values[name]["teeth"], self._track.units)
+        if period := JOINT_FITS[name].period:
+            again = period(hypothesis.values[name])
+            axes["position"] = _within_period(self._track.position, again, self._track.units)
         return Samples(
             error=np.nan_to_num(change[inside] ** 2),
             floor=np.zeros(int(inside.sum())),
@@ -149,10 +150,10 @@ def _near_change(values: np.ndarray, least: float, before: int, after: int) -> n
     return near
 
 
-def _within_period(position: np.ndarray, teeth: float, units: str) -> tuple[tuple[str, ...], np.ndarray]:
-    """Distances from where a torque that goes with sin(teeth·θ) is largest, either way."""
+def _within_period(position: np.ndarray, period: float, units: str) -> tuple[tuple[str, ...], np.ndarray]:
+    """Distances from where a torque that is a sine of this period is largest, either way."""
     symbol, unit = ("θ", "rad") if units == "rotary" else ("x", "m")
-    half = np.pi / teeth  # between two of these places
+    half = 0.5 * period  # between two of these places
     away = np.abs(np.mod(np.nan_to_num(position) / half, 1.0) - 0.5) * 2
     edges = np.linspace(0, 0.5 * half, BINS + 1)
     labels = tuple(

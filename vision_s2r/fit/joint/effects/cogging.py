@@ -51,6 +51,11 @@ def plausible(track: JointTrack, row: Row) -> Setting:
     return {"amplitude": 0.05 * s.peak_torque, "teeth": teeth}
 
 
+def period(values: Setting) -> float:
+    """From tooth to tooth, rad or m."""
+    return 2 * math.pi / values["teeth"]
+
+
 def _observer_response(torque: np.ndarray, track: JointTrack, row: Row, channels: int) -> np.ndarray:
     """What a small torque [..., E, T] leaves in the last channel of the observer's residual: a linear filter."""
     if track.servo:
@@ -83,5 +88,6 @@ JOINT_FITS.register(
         not_excited="too little is seen of the position",
         excited_by="slow motion in one direction over the whole range of positions",
         along=("position",),
+        period=period,
     ),
 )
