@@ -37,6 +37,7 @@ NOT_OF_ARMS = ("gravity_torque", OFFSET)  # of its joints alone: the bodies' wei
 REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before effects of the whole arm are tried
 LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this part of its mean squared error
 MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
+MANY = 100  # parameters, more than any of these has
 RIVALS = 3  # of these that the joints are searched beside
 ALIKE = 1.03  # times what the best of them leaves, and another one is not told from it
 
@@ -88,12 +89,13 @@ def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
     found = [(form, fit.fit()) for form, fit in fits.items() if off]
     least = min((each.left for _, each in found), default=0.0)
     alike = [form.name for form, each in found if each.left <= ALIKE * least]
-    likely = sorted(
-        ((form, each) for form, each in found if each.share >= MUCH),
-        key=lambda pair: (pair[0].name not in alike, len(pair[0].start) * (pair[0].name in alike), -pair[1].share),
-    )
+
+    def simplest_first(fitted: tuple[WholeForm, FoundWhole]) -> tuple[int, float]:
+        form, each = fitted
+        return len(form.start) if form.name in alike else MANY, -each.share
+
     tried = []
-    for form, each in likely[:RIVALS]:
+    for form, each in sorted((each for each in found if each[1].share >= MUCH), key=simplest_first)[:RIVALS]:
         same = tuple(name for name in alike if form.name in alike and name != form.name)
         nearer = WholeFit(recording, motions(runs, each.values), form).fit()  # by the motion of such an arm
         settled = _under(sharpened(runs, form, nearer), runs, cfg, jobs)
