@@ -49,7 +49,6 @@ class Manifest:
         for name, part in data.items():
             if not isinstance(part, dict):
                 raise UserError(f"{path}: {name} is {part!r:.40}, expected keys and values")
-        data["render"].setdefault("source_scale", 1)  # folders from before there was another
         for key in ("scenes", "shard_size", "size", "source_scale", "margin"):
             value = data["render"].get(key)
             if not isinstance(value, int) or value < (key != "margin"):
