@@ -210,6 +210,13 @@ def test_tables_add_their_torque():
         np.r_[pack(NOMINAL, {}), np.full(3, -0.03)][None], command[None], np.zeros((1, 2)), DT, tables=flat
     )
     np.testing.assert_allclose(biased[0, 0], run({"bias_torque": {"value": 0.03}}, command), atol=1e-12)
+    # A drive that gives 0.3 N·m less than it is to give, whichever way, beyond 0.3 N·m, and nothing below.
+    command, knots = np.where(np.arange(60) < 30, 0.8, -0.8), np.linspace(-1, 1, 41)
+    dead = Tables(torque=(-1.0, 1.0, 41))
+    machine = np.r_[pack(NOMINAL, {}), -np.sign(knots) * np.minimum(knots**2, 0.3)]
+    states = simulate(machine[None], command[None], np.zeros((1, 2)), DT, tables=dead)[0, 0]
+    less = run({}, np.sign(command) * (0.8 * K - 0.3) / K)
+    np.testing.assert_allclose(states, less, atol=2e-3 * np.ptp(less))
 
 
 def test_gravity_is_a_sine_at_any_angle():

@@ -215,7 +215,11 @@ class Search:
         more = self._likeliest(found, [name for name in self._candidates if name not in found.names])
         added = more.names - found.names
         stands_in = any(self._case.suspicious(more.hypothesis, name) for name in added)
-        return more if added and self._assessor.worth(more, found) and not stands_in else None
+        if stands_in or not (added and self._assessor.worth(more, found)):
+            return None
+        # Where an unknown leaves nothing, a little is gained by whatever its knots are too coarse for.
+        enough = self._cfg.promising if self._assessor.adequate(found) else 0.0
+        return more if self._assessor.gain(more, found).nats > enough else None
 
     def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
         """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names."""

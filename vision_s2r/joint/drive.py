@@ -25,7 +25,7 @@ from vision_s2r.joint.effects.torque_speed_limit import limit_by_speed
 from vision_s2r.joint.effects.viscous_damping import Response, response, time_to_stop
 from vision_s2r.joint.machine import JointMachine
 from vision_s2r.joint.slot import slot_needs_velocity, slot_on, slot_torque
-from vision_s2r.joint.tables import look_up
+from vision_s2r.joint.tables import look_up, look_up_drive
 
 Glide = tuple[float, Response]  # of motion in one direction: its damping, and the response of a whole step
 # What acts in a step: the command at its start and at its end (a position servo's is its target), for which share of it
@@ -70,13 +70,21 @@ def held(command: float) -> Given:
 
 
 @compiled
-def commanded(machine: JointMachine, given: Given, position: float, load_velocity: float, velocity: float) -> float:
+def commanded(
+    machine: JointMachine,
+    tables: np.ndarray,
+    heights: np.ndarray,
+    given: Given,
+    position: float,
+    load_velocity: float,
+    velocity: float,
+) -> float:
     """Mean motor torque in a step, where the load is about here, at its and the motor's velocity."""
     torque = _motor(machine, given[0], given[3], position, load_velocity, velocity)
     if given[2] > 0:
         later = _motor(machine, given[1], given[3], position, load_velocity, velocity)
         torque += given[2] * (later - torque)
-    return torque
+    return torque + look_up_drive(tables, heights, torque)
 
 
 @compiled

@@ -117,12 +117,12 @@ def _step(
     """Position, velocity, and the weight and other torque in the middle of the step."""
     middle = velocity
     if not fast:
-        motor = commanded(machine, given, position, velocity, velocity)
+        motor = commanded(machine, tables, heights, given, position, velocity, velocity)
         _, after, _ = advance(machine, velocity, motor + other, weight, motor, ahead, back, machine.inertia, step, True)
         middle = 0.5 * (velocity + after)
         weight = weight_at(machine, middle)
     halfway = position + 0.5 * step * middle
-    motor = commanded(machine, given, halfway, middle, middle)
+    motor = commanded(machine, tables, heights, given, halfway, middle, middle)
     other = on_motor(machine, tables, heights, halfway, middle, time) + on_load(machine, halfway) + given[4]
     torque = motor + other
     distance, velocity, used = advance(

@@ -116,7 +116,7 @@ def two_masses_sample(
             v_motor, v_load, twist, position, _ = state
             middle, load_middle = v_motor, v_load
             if not fast:
-                motor = commanded(machine, inputs, position, v_load, v_motor)
+                motor = commanded(machine, tables, heights, inputs, position, v_load, v_motor)
                 load = on_load(machine, position) + inputs[4]
                 if sprung(machine):
                     spring = responses[segment]
@@ -127,7 +127,7 @@ def two_masses_sample(
                     )
                 middle, load_middle = 0.5 * (v_motor + after[0]), 0.5 * (v_load + after[1])
                 weight = weight_at(machine, middle)
-            motor = commanded(machine, inputs, position + 0.5 * step * v_load, load_middle, middle)
+            motor = commanded(machine, tables, heights, inputs, position + 0.5 * step * v_load, load_middle, middle)
             shaft = position + twist + 0.5 * step * middle
             other = on_motor(machine, tables, heights, shaft, middle, time + 0.5 * step)
             load = on_load(machine, position + 0.5 * step * v_load) + inputs[4]

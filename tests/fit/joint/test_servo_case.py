@@ -11,7 +11,7 @@ from vision_s2r.diagnose.diagnose import diagnose, open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
-from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, pack, simulate
+from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, Tables, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
 
@@ -257,3 +257,19 @@ def test_what_is_believed_may_be_wrong_by_any_factor():
     case = open_case(recording)
     found = case.fit(frozenset({"viscous_damping"}), range(case.segments), None)
     assert found.values["viscous_damping"]["value"] == pytest.approx(truth, rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_drive_that_gives_way_under_load_passes_for_no_effect():
+    recording = a_servo(100.0, {})
+    root = np.linspace(-3, 3, 41)  # of N·m
+    asked = root * np.abs(root)
+    sag = -0.4 * asked * np.abs(asked) / 7.4
+    machine = np.r_[pack(NominalJoint(**NOMINAL), {}), sag][None]
+    states = simulate(
+        machine, recording.command, np.zeros((5, 2)), 0.01, times=recording.times, substeps=40,
+        tables=Tables(torque=(-3.0, 3.0, 41)),
+    )[0]  # fmt: skip
+    noise = 2e-4 * np.random.default_rng(1).standard_normal(recording.position.shape)
+    report = diagnose(replace(recording, position=states[..., 0] + noise), DiagnoseConfig()).to_dict()
+    assert not report["effects"] and "not proportional to the command" in report["unexplained"]["resembles"][0]

@@ -133,7 +133,7 @@ def _compile(sources: str) -> Callable[..., Any]:
             given, cursor = inputs_of(machine, log, (acting[j], 0, points[j, 0], points[j, 1]), step[0], step[1])
             acting[j], _, points[j, 0], points[j, 1] = cursor
             position, velocity = states[j, 0], states[j, 1]
-            motor = commanded(machine, given, position, velocity, velocity)
+            motor = commanded(machine, tables, none, given, position, velocity, velocity)
             other = on_motor(machine, tables, none, position, velocity, step[0]) + on_load(machine, position)
             forward = velocity > 0 or (velocity == 0 and motor + other > 0)
             direction = 1.0 if forward else -1.0

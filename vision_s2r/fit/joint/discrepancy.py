@@ -24,7 +24,7 @@ class Discrepancy:
     low: np.ndarray
     high: np.ndarray
     prior: np.ndarray
-    axis: str | None = None  # of the simulator's tables: position | velocity | time
+    axis: str | None = None  # of the simulator's tables: position | velocity | time | torque
     knots: tuple[float, float, int] | None = None
     command: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (command, coefficients) -> command
     measured: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None  # (measured, coefficients) -> true state
@@ -125,15 +125,8 @@ MEASURED: dict[str, Callable[[JointTrack], np.ndarray]] = {  # [E, T]
 
 
 def _gain(track: JointTrack, scales: JointScales) -> Discrepancy:
-    peak = float(np.abs(track.command).max()) or 1.0
-    place = np.linspace(-1, 1, COMMAND_KNOTS)
-    knots = peak * place * np.abs(place)
-    bound = np.full(COMMAND_KNOTS, peak)
-
-    def command(sent: np.ndarray, heights: np.ndarray) -> np.ndarray:
-        return sent + np.interp(sent, knots, heights)
-
-    return Discrepancy("input_nonlinearity", COMMAND_KNOTS, peak, -bound, bound, 0.5 * bound, command=command)
+    root = np.sqrt(scales.peak_torque)
+    return _table("input_nonlinearity", "torque", -root, root, COMMAND_KNOTS, scales.peak_torque)
 
 
 def _lag(track: JointTrack, scales: JointScales) -> Discrepancy:

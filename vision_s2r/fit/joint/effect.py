@@ -35,8 +35,8 @@ class JointFit:
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
     # Axes of a report's `where` along which its definition makes it larger in some places than in others.
     along: tuple[str, ...] = ()
-    # Parameters -> after which way (rad, m) its torque comes again, if it does: one place in it stands for all of them.
-    period: Callable[[Setting], float] | None = None
+    # (parameters) -> after which way (rad, m) its torque comes again, if it does.
+    period: Callable[[Row], float] | None = None
     rough: bool = False  # its form is only roughly the same on any two machines
     rippled: bool = False  # its likelihood has ripples, of impacts
 

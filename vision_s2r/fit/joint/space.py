@@ -1,7 +1,7 @@
 """The coordinates that a fit moves in: parameters of effects and discrepancies, each in the measure that suits it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -104,7 +104,7 @@ class JointSpace(Coordinates):
                 rows[:, c.column] += rows[:, INDEX[c.above]]
         heights = [
             self.part(points, discrepancy)
-            for axis in ("position", "velocity", "time")
+            for axis in (field.name for field in fields(Tables))
             for discrepancy in self.discrepancies
             if discrepancy.axis == axis
         ]

@@ -39,7 +39,31 @@ def _sag(joint: int, count: int, gain: float, rng: np.random.Generator) -> Torqu
     return lambda t, q, v, u: float(-u * min(share * abs(u), 0.8))
 
 
+def _ripple(joint: int, count: int, gain: float, rng: np.random.Generator) -> Torque:
+    """Magnets and gears: the torque swings as the joint turns."""
+    part, waves, phase = rng.uniform(0.2, 0.5), rng.uniform(3, 9), rng.uniform(0, 2 * np.pi)
+    return lambda t, q, v, u: float(u * part * np.sin(waves * q[joint] + phase))
+
+
+def _weak_side(joint: int, count: int, gain: float, rng: np.random.Generator) -> Torque:
+    """Half of the drive's bridge is weaker."""
+    lost, side = rng.uniform(0.25, 0.6), rng.choice([-1.0, 1.0])
+    return lambda t, q, v, u: float(-lost * u) if u * side > 0 else 0.0
+
+
+def _stop(joint: int, count: int, gain: float, rng: np.random.Generator) -> Torque:
+    """A rubber stop, ahead of where the joint should end."""
+    stiffness, at, side = rng.uniform(0.2, 0.6) * gain, rng.uniform(0.1, 0.25), rng.choice([-1.0, 1.0])
+    return lambda t, q, v, u: float(-side * stiffness * max(side * q[joint] - at, 0.0))
+
+
 UNKNOWN: dict[str, dict[str, Family]] = {
-    "tuning": {"spring": _spring, "disturbance": _disturbance},
-    "reporting": {"coupling": _coupling, "friction_patch": _friction_patch, "sag": _sag},
+    "tuning": {"spring": _spring, "disturbance": _disturbance, "sag": _sag},
+    "reporting": {
+        "coupling": _coupling,
+        "friction_patch": _friction_patch,
+        "ripple": _ripple,
+        "weak_side": _weak_side,
+        "stop": _stop,
+    },
 }

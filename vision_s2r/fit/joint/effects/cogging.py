@@ -51,7 +51,7 @@ def plausible(track: JointTrack, row: Row) -> Setting:
     return {"amplitude": 0.05 * s.peak_torque, "teeth": teeth}
 
 
-def period(values: Setting) -> float:
+def period(values: Row) -> float:
     """From tooth to tooth, rad or m."""
     return 2 * math.pi / values["teeth"]
 
