@@ -100,10 +100,13 @@ def test_an_encoder_that_is_off_is_found_over_all_joints_and_is_the_reference_in
     assert np.abs(moved - asked).mean() < 0.1 * np.abs(asked).mean()
 
 
-def test_a_first_joint_that_is_off_and_a_tilted_base_are_said_to_be_one():
-    report = diagnose_arm(an_arm(whole={"shoulder.position_offset": {"value": -0.06}}), QUICK).to_dict()
-    assert [(each["joint"], each["name"]) for each in report["effects"]] == [("shoulder", "position_offset")]
-    (tilt,) = (each for each in report["candidates"] if each["name"] == "base_tilt")
+def test_two_joints_that_are_off_are_found_together_and_the_first_is_said_to_be_one_with_a_tilted_base():
+    off = {"shoulder.position_offset": {"value": -0.06}, "elbow.position_offset": {"value": 0.08}}
+    report = diagnose_arm(an_arm(whole=off), QUICK).to_dict()
+    named = {f"{each['joint']}.{each['name']}": each["parameters"]["value"]["value"] for each in report["effects"]}
+    assert named == {name: pytest.approx(each["value"], abs=2e-3) for name, each in off.items()}
+    assert sum(each["share"] for each in report["effects"]) == pytest.approx(1, abs=0.02)
+    tilt = next(line for line in report["candidates"] if line["name"] == "base_tilt")
     assert tilt["status"] == "undecided" and tilt["confusable_with"] == ["shoulder.position_offset"]
 
 

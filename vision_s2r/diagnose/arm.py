@@ -1,8 +1,8 @@
 """An arm, diagnosed joint by joint, with what is common to all joints; and how far its whole free run is off.
 
 Each joint is searched as any joint is, under the load of the others. A payload, a tilted base and each hinge's zero are
-tried over all of them at once, and one is kept where it leaves fewer joints unexplained, or needs fewer names, than the
-joints alone.
+tried over all of them at once, alone and together, and kept where they leave fewer joints unexplained, or need fewer
+names, than the joints alone.
 """
 
 from collections.abc import Mapping
@@ -22,7 +22,8 @@ from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
-from vision_s2r.fit.arm.whole import FoundWhole, WholeFit, WholeForm, sharpened
+from vision_s2r.fit.arm.several import fitted_sets, refined
+from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
 from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
@@ -38,7 +39,8 @@ REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before effec
 LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this part of its mean squared error
 MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
 MANY = 100  # parameters, more than any of these has
-RIVALS = 3  # of these that the joints are searched beside
+MOST = 3  # of them at once
+RIVALS = 3  # of these sets that the joints are searched beside
 ALIKE = 1.03  # times what the best of them leaves, and another one is not told from it
 
 
@@ -78,31 +80,55 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
 
 
 def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
-    """The joints with the effect of the whole arm that they need, if any.
+    """The joints with the effects of the whole arm that they need, if any.
 
-    The one that explains most is tried first; of several that say the same, the one of fewest parameters.
+    Those that explain most are tried first; of several that say the same, those of fewest parameters.
     """
     recording, moved = runs.recording, motions(runs, {})
     servos = all(joint.servo for joint in recording.joints.values())
-    fits = {form: WholeFit(recording, moved, form) for form in _forms(recording, cfg) if servos}
+    fits = {form: WholeFit(recording, moved, form, {}) for form in _forms(recording, cfg) if servos}
     off = max((int((fit.before > REMARKABLE).sum()) for fit in fits.values()), default=0)
-    found = [(form, fit.fit()) for form, fit in fits.items() if off]
-    least = min((each.left for _, each in found), default=0.0)
-    alike = [form.name for form, each in found if each.left <= ALIKE * least]
+    found = _of_whole(runs, fits) if off else []
+    least = min((each.left for each in found), default=0.0)
+    alike = [each for each in found if each.left <= ALIKE * least]
 
-    def simplest_first(fitted: tuple[WholeForm, FoundWhole]) -> tuple[int, float]:
-        form, each = fitted
-        return len(form.start) if form.name in alike else MANY, -each.share
+    def simplest_first(each: RoughWhole) -> tuple[int, float]:
+        return each.size if each in alike else MANY, -each.share
 
     tried = []
-    for form, each in sorted((each for each in found if each[1].share >= MUCH), key=simplest_first)[:RIVALS]:
-        same = tuple(name for name in alike if form.name in alike and name != form.name)
-        nearer = WholeFit(recording, motions(runs, each.values), form).fit()  # by the motion of such an arm
-        settled = _under(sharpened(runs, form, nearer), runs, cfg, jobs)
-        tried.append(replace(settled, alike=same))
-        if tried[-1].cost == (0, 1) and off > 1:
+    for each in sorted(found, key=simplest_first)[:RIVALS]:
+        settled = _under(sharpened(runs, each), runs, cfg, jobs)
+        tried.append(replace(settled, alike=_alike(each, alike)))
+        alone = each.left < REMARKABLE or tried[-1].cost == (0, len(each.forms))
+        if alone and tried[-1].cost[0] == 0 and off > 1:
             return tried[-1]
-    return min([*tried, _under(None, runs, cfg, jobs)], key=lambda settled: settled.cost)
+    return min([*tried, _under((), runs, cfg, jobs)], key=lambda settled: settled.cost)
+
+
+def _of_whole(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit]) -> list[RoughWhole]:
+    """Effects of the whole arm that explain much, and sets of several while these leave much less."""
+    before = float(next(iter(fits.values())).before.mean())
+    single = [each for each in (fit.fit() for fit in fits.values()) if each.share >= MUCH]
+    found = [refined(runs, each, before) for each in single]
+    for size in range(2, min(MOST, len(fits)) + 1):
+        least = min((each.left for each in found), default=before)
+        if least < REMARKABLE:
+            break
+        sets = [each for each in fitted_sets(runs, fits, size) if explained(least, each.left) >= MUCH]
+        if not sets:
+            break
+        found += sets
+    return found
+
+
+def _alike(found: RoughWhole, alike: list[RoughWhole]) -> dict[str, tuple[str, ...]]:
+    """For each effect of those found, others that say the same in its place."""
+    others = [each.names for each in alike if found in alike and each.size >= found.size]
+    swaps = [(found.names - names, names - found.names) for names in others]
+    return {
+        name: tuple(rival for gone, instead in swaps if gone == {name} and len(instead) == 1 for rival in instead)
+        for name in found.names
+    }
 
 
 def _forms(recording: ArmRecording, cfg: DiagnoseConfig) -> list[WholeForm]:
@@ -115,12 +141,12 @@ def _forms(recording: ArmRecording, cfg: DiagnoseConfig) -> list[WholeForm]:
     return [form for form in forms if form.name not in cfg.withhold]
 
 
-def _under(whole: FoundWhole | None, runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
+def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
     """The joints, the worst first: what it has is in the motion that loads the others."""
     recording = runs.recording
     withheld = {*NOT_OF_ARMS, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
     own = replace(cfg, withhold=sorted(withheld))
-    weight: Values = {} if whole is None else whole.values
+    weight = {name: given for each in whole for name, given in each.values.items()}
     near, made = dict(weight), problems(recording, motions(runs, weight), weight)
     parts: dict[str, Diagnosis] = {}
     for _ in recording.joints:

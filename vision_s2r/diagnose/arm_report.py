@@ -21,6 +21,7 @@ from vision_s2r.fit.case import Values
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.reading import FORMAT
+from vision_s2r.statistics import shapley
 
 WORDS = (
     "position of all joints in a free run of the whole arm from each episode's first row to its end, "
@@ -30,19 +31,19 @@ WORDS = (
 
 @dataclass(frozen=True)
 class SettledArm:
-    """The joints of an arm, diagnosed beside one effect of the whole arm, or none."""
+    """The joints of an arm, diagnosed beside effects of the whole arm, or none."""
 
-    whole: FoundWhole | None
+    whole: tuple[FoundWhole, ...]
     problems: Problems
     parts: dict[str, Diagnosis]
-    alike: tuple[str, ...] = ()  # effects that say the same of all joints
+    alike: Mapping[str, tuple[str, ...]] = field(default_factory=dict)  # by name, what says the same of all joints
     idle: frozenset[str] = frozenset()  # effects of joints that the free run of the whole arm does not bear out
 
     @property
     def cost(self) -> tuple[int, int]:
         """Joints that are not explained, and names that it takes."""
         unsettled = sum(part.verdict not in ("no_gap", "explained") for part in self.parts.values())
-        return unsettled, sum(len(part.effects) for part in self.parts.values()) + (self.whole is not None)
+        return unsettled, sum(len(part.effects) for part in self.parts.values()) + len(self.whole)
 
     @property
     def named(self) -> list[str]:
@@ -51,8 +52,8 @@ class SettledArm:
 
     @property
     def of_whole(self) -> Values:
-        """The effect of the whole arm, if any."""
-        return {} if self.whole is None else self.whole.values
+        """The effects of the whole arm."""
+        return {name: given for each in self.whole for name, given in each.values.items()}
 
     @property
     def found(self) -> dict[str, Mapping[str, float]]:
@@ -92,7 +93,7 @@ class _Errors:
     """Mean squared errors [S, J] of the whole arm's free run, by segments and joints, and what noise makes of them."""
 
     before: np.ndarray
-    loaded: np.ndarray  # with the effect of the whole arm alone
+    loaded: np.ndarray  # with the effects of the whole arm alone
     after: np.ndarray
     floor: np.ndarray
     tip: dict[str, Any] | None
@@ -123,9 +124,8 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     parts = {name: part.to_dict() for name, part in settled.parts.items()}
     told = _told(settled, parts, errors, cfg)
     gap = errors.gap(slice(None))
-    if settled.whole is not None:
-        share = gap.share(np.asarray((errors.before - errors.loaded).mean(axis=1)))
-        told.effects.append(_of_whole(settled.whole, share))
+    closed = _closed_by_whole(runs, settled, held)
+    told.effects.extend(_of_whole(each, gap.share(closed[each.name])) for each in settled.whole)
     told.candidates.extend(_whole_line(settled, effect.name) for effect in WHOLE)
     told.candidates.extend(_whole_line(settled, OFFSET, name) for name in parts)
     rest = gap.share(gap.after - gap.floor)
@@ -247,6 +247,16 @@ def _weighed(effect: Mapping[str, Any], weight: float) -> Share:
     return Share(weight * effect["share"], (weight * low, weight * high))
 
 
+def _closed_by_whole(runs: FreeRuns, settled: SettledArm, held_out: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The part [S] of the mean squared error that each effect of the whole arm closes, by Shapley."""
+
+    def closed(on: frozenset[str]) -> np.ndarray:
+        states = runs.states({name: given for name, given in settled.of_whole.items() if name in on})
+        return -by_stretch(runs.recording, gap_errors(runs.recording, states), held_out).mean(axis=1)
+
+    return shapley(list(settled.of_whole), closed)
+
+
 def _of_whole(found: FoundWhole, share: Share) -> dict[str, Any]:
     joint, _, name = found.name.rpartition(".")
     units = {parameter.name: parameter.unit for parameter in ARM_EFFECTS[name].parameters}
@@ -266,11 +276,11 @@ def _of_whole(found: FoundWhole, share: Share) -> dict[str, Any]:
 
 def _whole_line(settled: SettledArm, name: str, joint: str | None = None) -> dict[str, Any]:
     own = name if joint is None else label(name, joint)
-    found = settled.whole if settled.whole and settled.whole.name == own else None
-    rival = settled.whole is not None and own in settled.alike
-    status = "present" if found else "undecided" if rival else "absent"
+    found = next((each for each in settled.whole if each.name == own), None)
+    rivals = [name for name, others in settled.alike.items() if own in others]
+    status = "present" if found else "undecided" if rivals else "absent"
     evidence = 0.0 if found is None else found.evidence
-    others = settled.alike if found else (settled.whole.name,) if settled.whole and rival else ()
+    others = settled.alike.get(own, ()) if found else rivals
     said = {"name": name, "status": status, "evidence": evidence, "confusable_with": list(others)}
     return said if joint is None else said | {"joint": joint}
 

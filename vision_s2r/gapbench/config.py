@@ -17,6 +17,7 @@ COUNTS = {
     "dynamics": 18,
     "single": 34,
     "pair": 22,
+    "whole_pair": 6,
     "triple": 11,
     "unknown": 20,
     "known_unknown": 11,

@@ -1,4 +1,4 @@
-"""An effect of the whole arm, fitted over all joints together, beside drives that are as believed.
+"""Effects of the whole arm, fitted over all joints together, beside drives that are as believed.
 
 What such an effect puts on the joints is linear in functions of its parameters: known at a few values, it is known for
 any, and joints under these loads are quick to simulate. Loads are partly measured, though: free runs of the whole arm,
@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import least_squares
 from scipy.stats import norm
 
@@ -55,12 +56,27 @@ class WholeForm(Protocol):
 
 @dataclass(frozen=True)
 class RoughWhole:
-    """A first estimate of an effect of the whole arm."""
+    """A first estimate of one effect of the whole arm, or of several."""
 
-    point: np.ndarray  # [K]
-    values: Values
-    share: float  # the part of what is over the noise that it explains
-    left: float  # mean square that it leaves, in units of the noise's variance
+    forms: tuple[WholeForm, ...]
+    points: tuple[np.ndarray, ...]  # [K] of each
+    share: float  # the part of what is over the noise that they explain
+    left: float  # mean square that they leave, in units of the noise's variance
+
+    @property
+    def values(self) -> Values:
+        """By name, as all effects are."""
+        return {form.name: form.values(point) for form, point in zip(self.forms, self.points, strict=True)}
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Of the effects."""
+        return frozenset(form.name for form in self.forms)
+
+    @property
+    def size(self) -> int:
+        """How many numbers they are."""
+        return sum(len(point) for point in self.points)
 
 
 @dataclass(frozen=True)
@@ -79,22 +95,23 @@ class FoundWhole:
 
 
 class WholeFit:
-    """Values of one effect of the whole arm, along a motion."""
+    """Values of one effect of the whole arm, along a motion, beside others that are known."""
 
-    def __init__(self, recording: ArmRecording, moved: list[Motion], form: WholeForm) -> None:
-        self._recording, self._moved, self._form = recording, moved, form
-        self._empty = loads(recording, moved, {})
+    def __init__(self, recording: ArmRecording, moved: list[Motion], form: WholeForm, beside: Values) -> None:
+        self._recording, self._moved, self._form, self._beside = recording, moved, form, beside
+        self._empty = loads(recording, moved, beside)
         self._noise = np.array([max(fast_noise(j.position), 1e-9) for j in recording.joints.values()])
 
     @cached_property
     def _parts(self) -> list[np.ndarray]:
         """[episode] [known, 2, N, J]: what the effect at its known values puts on the joints, and adds to inertia."""
-        known = [loads(self._recording, self._moved, {self._form.name: values}) for values in self._form.known]
+        sets = [{**self._beside, self._form.name: values} for values in self._form.known]
+        known = [loads(self._recording, self._moved, each) for each in sets]
         return [np.array([each[k] for each in known]) - empty for k, empty in enumerate(self._empty)]
 
     @cached_property
     def before(self) -> np.ndarray:
-        """Mean square [J] of what the nominal arm leaves of each joint, in units of its noise's variance."""
+        """Mean square [J] of what the arm without the effect leaves of each joint, in units of its noise's variance."""
         return np.asarray(np.mean(self._residuals(None) ** 2, axis=1))
 
     def _problems(self, values: dict[str, float] | None) -> Problems:
@@ -112,8 +129,8 @@ class WholeFit:
         rows = [(joint.position - free_run(joint, {})[..., 0])[inside] for joint in joints]
         return np.clip(np.nan_to_num(np.array(rows) / self._noise[:, None]), -1e6, 1e6)
 
-    def fit(self) -> RoughWhole:
-        """The values that leave least, by robust least squares."""
+    def fit(self, start: np.ndarray | None = None) -> RoughWhole:
+        """The values that leave least, by robust least squares, from a point [K] or the form's own."""
         form = self._form
 
         def rest(point: np.ndarray) -> np.ndarray:
@@ -121,19 +138,33 @@ class WholeFit:
             return np.concatenate([self._residuals(values).ravel(), form.far(values)])
 
         size = float(np.sqrt(self.before.mean()))
+        begin, bounds, outlier = form.start if start is None else start, (form.low, np.inf), max(size, 1.0)
         found = least_squares(
-            rest, form.start, bounds=(form.low, np.inf), loss="soft_l1", f_scale=max(size, 1.0), x_scale=form.scale,
-            max_nfev=30,
-        )  # fmt: skip
-        values = form.values(found.x)
-        after = np.mean(self._residuals(values) ** 2, axis=1)
-        share = float((self.before - after).sum() / max((self.before - 1).sum(), 1e-12))
-        return RoughWhole(found.x, {form.name: values}, share, float(after.mean()))
+            rest, begin, bounds=bounds, loss="soft_l1", f_scale=outlier, x_scale=form.scale, max_nfev=30
+        )
+        after = float(np.mean(self._residuals(form.values(found.x)) ** 2))
+        return RoughWhole((form,), (found.x,), explained(float(self.before.mean()), after), after)
+
+    def slopes(self) -> np.ndarray:
+        """How the numbers of the effect, small ones, change the residuals [J·samples, K] in units of noise."""
+        form, start = self._form, np.array(self._form.start)
+        here, strides = self._residuals(form.values(start)), STRIDE * np.diag(form.scale)
+        there = [(self._residuals(form.values(start + stride)) - here) / stride.sum() for stride in strides]
+        return np.stack([each.ravel() for each in there], axis=1)
+
+    def without(self) -> np.ndarray:
+        """Residuals [J·samples] of the arm without the effect, in units of noise."""
+        return self._residuals(None).ravel()
 
 
-def sharpened(runs: FreeRuns, form: WholeForm, rough: RoughWhole) -> FoundWhole:
-    """An estimate after a step of Gauss and Newton in the whole arm's free run, with its intervals."""
-    recording = runs.recording
+def explained(before: float, after: float) -> float:
+    """The part of what is over the noise that is gone, of mean squares in units of its variance."""
+    return (before - after) / max(before - 1, 1e-12)
+
+
+def sharpened(runs: FreeRuns, rough: RoughWhole) -> tuple[FoundWhole, ...]:
+    """Estimates after as many steps of Gauss and Newton in the whole arm's free run as there are effects."""
+    recording, every = runs.recording, _Numbers(rough.forms)
     inside = np.isfinite(recording.any.position)
     noise = np.array([max(fast_noise(j.position), 1e-9) for j in recording.joints.values()])
 
@@ -142,37 +173,60 @@ def sharpened(runs: FreeRuns, form: WholeForm, rough: RoughWhole) -> FoundWhole:
         rest = (recording.position - runs.states(values)[..., 0])[inside]
         return np.clip(np.nan_to_num(rest / noise).T, -1e6, 1e6)
 
-    def far(point: np.ndarray) -> np.ndarray:
-        return np.array(form.far(form.values(point)))
-
-    here, point = residuals(rough.values), rough.point
-    slopes, pulls = [], []
-    for k, stride in enumerate(STRIDE * np.array(form.scale)):
-        there = point + stride * np.eye(len(point))[k]
-        slopes.append((residuals({form.name: form.values(there)}) - here) / stride)
-        pulls.append((far(there) - far(point)) / stride)
-    rows, pull = np.stack(slopes, axis=-1), np.stack(pulls, axis=-1)
-    held = pull.T @ pull  # information of what holds back where nothing shows
-    step = np.linalg.solve(
-        np.einsum("jni,jnk->ik", rows, rows) + held, np.einsum("jni,jn->i", rows, here) + pull.T @ far(point)
-    )
-    point = np.maximum(point - step, form.low)
-    left = residuals({form.name: form.values(point)})
-    parameters = form.values(point)
-    before, after = np.mean(residuals({}) ** 2, axis=1), np.mean(left**2, axis=1)
-    change = form.change(parameters)
+    point = np.concatenate(rough.points)
+    for _ in rough.forms:
+        here, slopes, pulls = residuals(every.values(point)), [], []
+        for k, stride in enumerate(STRIDE * every.scale):
+            there = point + stride * np.eye(len(point))[k]
+            slopes.append((residuals(every.values(there)) - here) / stride)
+            pulls.append((every.far(there) - every.far(point)) / stride)
+        rows, pull = np.stack(slopes, axis=-1), np.stack(pulls, axis=-1)
+        held = pull.T @ pull  # information of what holds back where nothing shows
+        whole = np.einsum("jni,jnk->ik", rows, rows) + held
+        step = np.linalg.solve(whole, np.einsum("jni,jn->i", rows, here) + pull.T @ every.far(point))
+        point = np.maximum(point - step, every.low)
+    values = every.values(point)
+    left, change = residuals(values), every.change(values)
     late = (
         CLOCK * (np.gradient(recording.position, axis=1) / np.gradient(recording.any.time, axis=1)[..., None])[inside]
     )
-    bias = change @ np.linalg.solve(
-        np.einsum("jni,jnk->ik", rows, rows) + held, np.einsum("jni,nj->i", rows, late / noise)
-    )
-    reach = norm.ppf(0.975) * _spread(rows, left, held, change) + np.abs(bias)
-    ci = {name: (x - float(r), x + float(r)) for (name, x), r in zip(parameters.items(), reach, strict=True)}
+    bias = change @ np.linalg.solve(whole, np.einsum("jni,nj->i", rows, late / noise))
+    reach = iter(norm.ppf(0.975) * _spread(rows, left, held, change) + np.abs(bias))
     effective = left.shape[1] / np.array([_memory(recording, row, inside) for row in left])
-    gone = np.log(np.maximum(before, 1.0) / np.maximum(after, 1.0))
-    evidence = float(np.sum(0.5 * effective * gone))
-    return FoundWhole(form.name, parameters, ci, evidence)
+    found = []
+    for name, parameters in values.items():
+        ci = {key: (x - r, x + r) for (key, x), r in zip(parameters.items(), map(float, reach), strict=False)}
+        others = {key: each for key, each in values.items() if key != name}
+        gone = np.log(np.maximum(_squares(residuals(others)), 1.0) / np.maximum(_squares(left), 1.0))
+        found.append(FoundWhole(name, dict(parameters), ci, float(np.sum(0.5 * effective * gone))))
+    return tuple(found)
+
+
+class _Numbers:
+    """Those of several forms, one behind the other."""
+
+    def __init__(self, forms: Sequence[WholeForm]) -> None:
+        self._forms = forms
+        self._ends = np.cumsum([len(form.start) for form in forms])[:-1]
+        self.scale, self.low = (np.concatenate([getattr(form, key) for form in forms]) for key in ("scale", "low"))
+
+    def values(self, point: np.ndarray) -> dict[str, dict[str, float]]:
+        """By name."""
+        parts = np.split(point, self._ends)
+        return {form.name: form.values(part) for form, part in zip(self._forms, parts, strict=True)}
+
+    def far(self, point: np.ndarray) -> np.ndarray:
+        values = self.values(point)
+        return np.array([each for form in self._forms for each in form.far(values[form.name])])
+
+    def change(self, values: dict[str, dict[str, float]]) -> np.ndarray:
+        """Derivatives of all parameters by all numbers."""
+        return block_diag(*(form.change(values[form.name]) for form in self._forms))
+
+
+def _squares(residuals: np.ndarray) -> np.ndarray:
+    """Mean squares [J] of residuals [J, samples]."""
+    return np.asarray(np.mean(residuals**2, axis=1))
 
 
 def _memory(recording: ArmRecording, residuals: np.ndarray, inside: np.ndarray) -> float:

@@ -14,12 +14,13 @@ from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads,
 from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine
 
-CASES = ("null", "single", "pair", "unknown")
+CASES = ("null", "single", "pair", "whole_pair", "unknown")
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 SECOND = ("latency", "proportional_gain", "torque_saturation", "viscous_damping", "deadband", "coulomb_friction")
 FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt", "position_offset")
-FELT = 0.5  # of what the offset of any joint does to weights, that the offset of one is to do
+WHOLE_PAIRS = (("payload", "position_offset"), ("position_offset", "position_offset"), ("payload", "base_tilt"))
+FELT = {"single": 0.5, "whole_pair": 0.2}  # of what the offset of any joint does to weights, that one is to do
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ def machine(
     case: str, index: int, split: str, rng: np.random.Generator, rate: float = 100.0, arms: str = "all"
 ) -> GeneratedMachine:
     """An arm of two to seven joints; cases take the effects in turn, `unknown` those of its split.
+
+    `pair` is of two joints, `whole_pair` of what all joints feel.
 
     arms   chains (drawn ones), public (of URDFs that PyBullet ships), or all (as many of both)
     """
@@ -58,18 +61,19 @@ def _with_effects(
         unknown, family = list(UNKNOWN[split].items())[index % len(UNKNOWN[split])]
         j = joints[0]
         truth[j] = replace(truth[j], unknown=family(j, len(servos), truth[j].proportional_gain, rng))
-    names = {"null": (), "unknown": (), "single": (FIRST[index % len(FIRST)],)}.get(case)
-    if names is None:
-        pairs = [(a, b) for a in SECOND for b in SECOND if a != b]
-        names = pairs[(7 * index) % len(pairs)]
-    for name, j in zip(names, joints, strict=False):
+    for name, j in zip(_names(case, index), joints, strict=False):
         if name == "payload":
             payload = drawn_payload(bodies, rng)
-            real, effects[name] = Real(bodies, payload), dict(zip(("mass", "x", "y", "z"), payload, strict=True))
+            real = replace(real, payload=payload)
+            effects[name] = dict(zip(("mass", "x", "y", "z"), payload, strict=True))
         elif name == "base_tilt":
-            real, effects[name] = _tilted(bodies, rng)
+            gravity, effects[name] = _tilted(rng)
+            real = replace(real, gravity=gravity)
         elif name == "position_offset":
-            j = rng.choice(_felt(bodies))
+            true_zeros = [each for each in _felt(bodies, FELT[case]) if truth[each].offset == 0]
+            if not true_zeros:
+                continue
+            j = rng.choice(true_zeros)
             value = float(rng.uniform(0.05, 0.15) * rng.choice([-1, 1]))
             truth[j], effects[f"{bodies.joints[j]}.{name}"] = replace(truth[j], offset=value), {"value": value}
         else:
@@ -79,20 +83,29 @@ def _with_effects(
     return real, truth, Answer(case, effects, unknown=unknown, notes=notes)
 
 
-def _tilted(bodies: ArmBodies, rng: np.random.Generator) -> tuple[Real, dict[str, float]]:
-    """An arm whose base is not level by 2 to 8 degrees, about an axis between x and y."""
+def _names(case: str, index: int) -> tuple[str, ...]:
+    if case in ("null", "unknown"):
+        return ()
+    if case == "single":
+        return (FIRST[index % len(FIRST)],)
+    pairs = WHOLE_PAIRS if case == "whole_pair" else [(a, b) for a in SECOND for b in SECOND if a != b]
+    return pairs[(7 * index) % len(pairs)]
+
+
+def _tilted(rng: np.random.Generator) -> tuple[tuple[float, float, float], dict[str, float]]:
+    """Gravity in the frame of a base that is not level by 2 to 8 degrees, about an axis between x and y."""
     size, way = rng.uniform(0.035, 0.14), rng.uniform(0, 2 * np.pi)
     roll, pitch = float(size * np.cos(way)), float(size * np.sin(way))
     gravity = (
         GRAVITY * np.sin(pitch), -GRAVITY * np.cos(pitch) * np.sin(roll), -GRAVITY * np.cos(pitch) * np.cos(roll)
     )  # fmt: skip
-    return Real(bodies, gravity=gravity), {"roll": roll, "pitch": pitch}
+    return gravity, {"roll": roll, "pitch": pitch}
 
 
-def _felt(bodies: ArmBodies) -> list[int]:
+def _felt(bodies: ArmBodies, least: float) -> list[int]:
     """Joints whose weights say where their zero is: one that turns about the vertical says nothing."""
     change = weight_by_joint(bodies)
-    return [int(j) for j in np.flatnonzero(change >= FELT * change.max())]
+    return [int(j) for j in np.flatnonzero(change >= least * change.max())]
 
 
 def drawn_payload(bodies: ArmBodies, rng: np.random.Generator) -> tuple[float, ...]:

@@ -26,6 +26,7 @@ CASES = (
     "dynamics",  # wrong values of modelled parameters, one or several, and nothing else
     "single",  # one effect, mild to severe
     "pair",  # two effects
+    "whole_pair",  # arms: two effects that all joints feel
     "triple",  # three effects
     "unknown",  # an effect outside the library, and nothing else
     "known_unknown",  # one effect of the library beside one outside it

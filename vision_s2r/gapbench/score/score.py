@@ -11,7 +11,7 @@ DYNAMICS = {
 }
 APPEARANCE = {"albedo", "texture", "light_direction", "ambient", "missing_object"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
-NAMED_CASES = ("dynamics", "single", "pair", "triple", "all_nominal", "known_unknown", "unpaired")
+NAMED_CASES = ("dynamics", "single", "pair", "whole_pair", "triple", "all_nominal", "known_unknown", "unpaired")
 TURNS = {  # period of `angle` (deg) or `azimuth` (rad)
     **{"motion_blur": 180.0, "uneven_illumination": 360.0, "cast_shadow": 360.0},
     "light_direction": 2 * math.pi,

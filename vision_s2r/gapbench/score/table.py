@@ -66,6 +66,7 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
         "single": "one effect: exact",
         "unpaired": "one effect, unpaired: exact",
         "pair": "pairs: exact set",
+        "whole_pair": "two of what all joints feel: exact set",
         "triple": "triples: exact set",
         "dynamics": "wrong parameters only: exact set",
         "all_nominal": "all parameters 5–25 % off and one effect: exact",

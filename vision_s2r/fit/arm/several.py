@@ -1,0 +1,55 @@
+"""Several effects of the whole arm at once: which of all sets, and their values.
+
+Small ones add up: what each does alone ranks all sets by linear least squares. The best are fitted as they are, one
+effect after the other beside the rest.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.arm.problems import motions
+from vision_s2r.fit.arm.whole import RoughWhole, WholeFit, WholeForm, explained
+
+SETS = 3  # of a size that are fitted
+SWEEPS = 2  # over the effects of a set
+FAR = 3.0  # times the scale of a number: no effect is expected to be much larger
+
+
+def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -> list[RoughWhole]:
+    """The likeliest sets of so many of these effects, fitted to what the arm shows without any."""
+    forms = list(fits)
+    rest = next(iter(fits.values())).without()
+    slopes = [fit.slopes() for fit in fits.values()]
+    before = float(np.mean(rest**2))
+
+    def left(chosen: tuple[int, ...]) -> tuple[float, np.ndarray]:
+        rows = np.concatenate([slopes[k] for k in chosen], axis=1)
+        expected = FAR * np.concatenate([forms[k].scale for k in chosen])
+        numbers = -np.linalg.solve(rows.T @ rows + np.diag(before / expected**2), rows.T @ rest)
+        return float(np.mean((rest + rows @ numbers) ** 2)), numbers
+
+    ranked = sorted((left(chosen)[0], chosen) for chosen in combinations(range(len(forms)), size))
+    found = []
+    for _, chosen in ranked[:SETS]:
+        some = tuple(forms[k] for k in chosen)
+        ends = np.cumsum([len(form.start) for form in some])[:-1]
+        points = tuple(
+            np.maximum(part, form.low) for form, part in zip(some, np.split(left(chosen)[1], ends), strict=True)
+        )
+        found.append(refined(runs, RoughWhole(some, points, 0.0, np.inf), before, SWEEPS))
+    return found
+
+
+def refined(runs: FreeRuns, rough: RoughWhole, before: float, sweeps: int = 1) -> RoughWhole:
+    """Each effect fitted beside the others, along the motion of such an arm; `before` is left without any of them."""
+    for _ in range(sweeps):
+        for k, form in enumerate(rough.forms):
+            others = {name: each for name, each in rough.values.items() if name != form.name}
+            alone = WholeFit(runs.recording, motions(runs, rough.values), form, others).fit(rough.points[k])
+            points = (*rough.points[:k], *alone.points, *rough.points[k + 1 :])
+            rough = replace(rough, points=points, left=alone.left, share=explained(before, alone.left))
+    return rough
