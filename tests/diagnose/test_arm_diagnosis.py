@@ -16,7 +16,9 @@ from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.arm.free_run import FreeRuns, free_run
+from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.problems import motions, problems
+from vision_s2r.fit.arm.whole import WholeFit
 from vision_s2r.fit.case import Experiment
 from vision_s2r.patch.arm import mjcf
 from vision_s2r.report.page import html
@@ -108,6 +110,14 @@ def test_two_joints_that_are_off_are_found_together_and_the_first_is_said_to_be_
     assert sum(each["share"] for each in report["effects"]) == pytest.approx(1, abs=0.02)
     tilt = next(line for line in report["candidates"] if line["name"] == "base_tilt")
     assert tilt["status"] == "undecided" and tilt["confusable_with"] == ["shoulder.position_offset"]
+
+
+def test_an_encoder_of_steps_so_coarse_that_most_rows_are_alike_is_not_taken_for_one_without_noise():
+    arm = an_arm(whole={"payload": {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}}, noise=0.0)
+    joints = {name: replace(joint, position=np.round(2 * joint.position) / 2) for name, joint in arm.joints.items()}
+    coarse = replace(arm, joints=joints)
+    before = WholeFit(coarse, motions(FreeRuns(coarse), {}), PayloadForm(), {}).before
+    assert (before < 10).all()
 
 
 def test_what_torque_columns_are_beside_the_simulator_is_said():

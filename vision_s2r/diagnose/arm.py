@@ -28,7 +28,7 @@ from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
 from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
-from vision_s2r.fit.joint.track import fast_noise
+from vision_s2r.fit.joint.noise import position_noise
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.arm import figures
@@ -171,7 +171,7 @@ def _likely(
     Where a joint is far off, so are the accelerations of those that it shakes, and what measured motion says of them is
     blurred where commands step. Nothing of this is reported.
     """
-    best, noise = dict(near), fast_noise(made.joints[joint].position)
+    best, noise = dict(near), position_noise(made.joints[joint].position)
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
@@ -187,6 +187,6 @@ def _likely(
 
 def _excess(joint: JointRecording) -> float:
     """How far the simulator is off, in units of the noise."""
-    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {}))))) / max(
-        fast_noise(joint.position), 1e-12
+    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {}))))) / position_noise(
+        joint.position
     )

@@ -13,8 +13,8 @@ import numpy as np
 
 from vision_s2r.fit.arm.free_run import FreeRuns, bodies_of
 from vision_s2r.fit.case import Values
+from vision_s2r.fit.joint.noise import position_noise
 from vision_s2r.fit.joint.slopes import slopes
-from vision_s2r.fit.joint.track import fast_noise
 from vision_s2r.recording import ArmRecording, JointRecording
 
 SMOOTH = 0.015  # s to either side, over which the difference is smoothed at least, and 2 rows …
@@ -54,7 +54,7 @@ def motions(runs: FreeRuns, effects: Values) -> list[Motion]:
     """The motion that a recording shows, episode by episode; a simulation with these effects is near."""
     recording = runs.recording
     bodies, some, measured = bodies_of(recording, effects), recording.any, recording.position
-    noise, found = [fast_noise(joint.position) for joint in recording.joints.values()], []
+    noise, found = [position_noise(joint.position) for joint in recording.joints.values()], []
     for k, run in enumerate(runs.run(effects, k) for k in range(len(some.lengths))):
         length = run.states.shape[1]
         t, simulated = some.time[k, :length], run.states.transpose(1, 0, 2)

@@ -6,6 +6,7 @@ import numpy as np
 
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
+from vision_s2r.fit.joint.track import fast_noise
 
 BLOCK = 32  # samples
 TRIMMED = 0.2  # of the blocks, those with the largest fast residual, are left out: impacts and starts are no noise
@@ -34,6 +35,11 @@ def resolved(values: np.ndarray) -> np.ndarray:
     changes = np.abs(np.diff(values, axis=1)).reshape(-1, values.shape[-1])
     least = np.nanmin(np.where(changes > 0, changes, np.inf), axis=0)
     return np.where(np.isfinite(least), least, LEAST)
+
+
+def position_noise(position: np.ndarray) -> float:
+    """Standard deviation (rad, m) of what positions [E, T] do not show: white noise, or an encoder's larger steps."""
+    return float(max(fast_noise(position), resolved(position[..., None])[0] / np.sqrt(12)))
 
 
 @cache
