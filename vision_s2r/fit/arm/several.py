@@ -15,12 +15,16 @@ from vision_s2r.fit.arm.problems import motions
 from vision_s2r.fit.arm.whole import RoughWhole, WholeFit, WholeForm, explained
 
 SETS = 3  # of a size that are fitted
+LITTLE = 0.15  # of what is over the noise, that an effect more takes away by linear least squares
 SWEEPS = 2  # over the effects of a set
 FAR = 3.0  # times the scale of a number: no effect is expected to be much larger
 
 
 def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -> list[RoughWhole]:
-    """The likeliest sets of so many of these effects, fitted to what the arm shows without any."""
+    """The likeliest sets of so many of these effects, fitted to what the arm shows without any.
+
+    None where the best leave about what the best of one effect less do.
+    """
     forms = list(fits)
     rest = next(iter(fits.values())).without()
     slopes = [fit.slopes() for fit in fits.values()]
@@ -32,9 +36,13 @@ def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -
         numbers = -np.linalg.solve(rows.T @ rows + np.diag(before / expected**2), rows.T @ rest)
         return float(np.mean((rest + rows @ numbers) ** 2)), numbers
 
-    ranked = sorted((left(chosen)[0], chosen) for chosen in combinations(range(len(forms)), size))
+    def ranked(size: int) -> list[tuple[float, tuple[int, ...]]]:
+        return sorted((left(chosen)[0], chosen) for chosen in combinations(range(len(forms)), size))
+
+    smaller = ranked(size - 1)[0][0]
+    likely = [chosen for rest, chosen in ranked(size)[:SETS] if explained(smaller, rest) >= LITTLE]
     found = []
-    for _, chosen in ranked[:SETS]:
+    for chosen in likely:
         some = tuple(forms[k] for k in chosen)
         ends = np.cumsum([len(form.start) for form in some])[:-1]
         points = tuple(
