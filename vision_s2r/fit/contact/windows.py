@@ -4,10 +4,11 @@ Motion after impacts is chaotic. A window spans an impact or two, so that what i
 parameter; what the error of its first state makes of the prediction is known to first order, and counts as noise.
 """
 
+import math
 from dataclasses import dataclass
 
+import numba
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import NominalContact, Shape
 from vision_s2r.fit.contact.bias import bias_of, resting
@@ -145,8 +146,21 @@ def _kept(track: ContactTrack, e: int, k: int, length: int, count: int) -> bool:
 def difference(measured: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Measured less predicted poses [..., 6]: m, and rotation vectors in the support's frame."""
     shape = states.shape[:-1]
-    measured = np.broadcast_to(measured[..., :7], (*shape, 7)).reshape(-1, 7)
-    predicted = states.reshape(-1, states.shape[-1])
-    turn = Rotation.from_quat(measured[:, 3:7]) * Rotation.from_quat(predicted[:, 3:7]).inv()
-    out = np.concatenate([measured[:, :3] - predicted[:, :3], turn.as_rotvec()], axis=1)
-    return np.asarray(out.reshape(*shape, 6))
+    measured = np.ascontiguousarray(np.broadcast_to(measured[..., :7], (*shape, 7))).reshape(-1, 7)
+    out = np.empty((len(measured), 6))
+    _difference(measured, np.ascontiguousarray(states[..., :7]).reshape(-1, 7), out)
+    return out.reshape(*shape, 6)
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _difference(measured: np.ndarray, predicted: np.ndarray, out: np.ndarray) -> None:
+    for n in range(len(out)):
+        for axis in range(3):
+            out[n, axis] = measured[n, axis] - predicted[n, axis]
+        x, y, z, w = measured[n, 3], measured[n, 4], measured[n, 5], measured[n, 6]
+        a, b, c, d = -predicted[n, 3], -predicted[n, 4], -predicted[n, 5], predicted[n, 6]
+        i, j, k = w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a, w * c + x * b - y * a + z * d
+        real, size = w * d - x * a - y * b - z * c, math.sqrt(i * i + j * j + k * k)
+        angle = 2 * math.atan2(size, abs(real))
+        scale = (angle / size if size > 0 else 2.0) * (1.0 if real >= 0 else -1.0)
+        out[n, 3], out[n, 4], out[n, 5] = scale * i, scale * j, scale * k

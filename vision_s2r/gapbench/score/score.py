@@ -152,9 +152,10 @@ def _source_right(
     return any(claimed == {source_of(kind, name) for name in names} for names in (required, *equivalents))
 
 
-def _location_right(report: Mapping[str, Any], axes: list[str]) -> bool:
-    """The place that the report puts first lies on an axis on which the effect shows."""
-    return bool(report["where"]) and report["where"][0]["axis"] in axes
+def _location_right(report: Mapping[str, Any], places: list[str]) -> bool:
+    """The place that the report puts first is one of these, or lies on one of these axes."""
+    first = report["where"][0] if report["where"] else {"axis": ""}
+    return first["axis"] in places or f"{first['axis']}: {first.get('at')}" in places
 
 
 def _false_alarm(report: Any, case: str, false: set[str], verdict: str) -> bool | None:
