@@ -13,7 +13,7 @@ from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.likelihood import GAUSSIAN
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize_carrying
 from vision_s2r.fit.questions import apart
-from vision_s2r.fit.selection import SCALE, Fitter
+from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed …
 THINNED = 3  # … chosen by one in so many windows
@@ -23,6 +23,7 @@ class ContactFitter(Fitter[ContactSpace]):
     """Maximum likelihood on some episodes of a track."""
 
     iterations = 10
+    shifts = SHIFTS[:1]
 
     def __init__(
         self, predictor: Predictor, scales: ContactScales, terms: Mapping[str, Term], floor: float, temper: float

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.fit.case import Axis
-from vision_s2r.fit.contact.windows import STILL, ContactTrack, Windows
+from vision_s2r.fit.contact.windows import ContactTrack, Windows, rests
 
 PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolling or tumbling", "at rest")
 PARTS = ("on a corner", "on an edge", "on a face")
@@ -22,7 +22,8 @@ def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
     count = len(windows.first)
     phase, part, touches = np.full(count, -1), np.full(count, -1), np.zeros(count, dtype=bool)
     speed = np.linalg.norm(windows.first[:, 7:10], axis=1)
-    first_touch = [int(np.argmax(row)) if row.any() else len(row) for row in touching]
+    # One that was put down, or pushed, has no first impact.
+    first_touch = [int(np.argmax(row)) if row.any() and not row[0] else len(row) for row in touching]
     for k in range(count):
         e, start = int(windows.episode[k]), int(windows.sample[k])
         end = min(start + windows.samples, int(track.lengths[e]))
@@ -50,14 +51,13 @@ def _phase(track: ContactTrack, state: np.ndarray, touching: np.ndarray, first: 
     if first:
         return 1
     velocity, spin = state[:, 7:10], state[:, 10:]
-    speed = np.linalg.norm(velocity, axis=1)
-    rim = track.shape.reach * np.linalg.norm(spin, axis=1)
-    if np.nanmax(speed + rim) < 3 * STILL:
+    if rests(track, state):
         return 5
     if not touching.all():
         return 2
     slip = velocity[:, :2] + track.shape.depth * np.stack([-spin[:, 1], spin[:, 0]], axis=1)
-    tumbles = track.shape.reach * np.linalg.norm(spin[:, :2], axis=1).mean() > TURNS * speed.mean()
+    speed = np.linalg.norm(velocity, axis=1).mean()
+    tumbles = track.shape.reach * np.linalg.norm(spin[:, :2], axis=1).mean() > TURNS * speed
     return 4 if tumbles or np.linalg.norm(slip, axis=1).mean() < SLIPS else 3
 
 

@@ -20,9 +20,10 @@ STRIDE = 0.05  # s, between the starts of two
 HORIZONS = 3  # poses of a window that are compared, evenly spaced
 LEAST = 6  # samples of a window
 MOST_WINDOWS = 700
-IDLE = 3  # of windows in free flight, or at rest, one in so many is looked at
+FLYING, LYING = 3, 8  # of windows in free flight, and of those at rest, one in so many is looked at
 NEAR = 0.05  # of the body's depth, and three standard deviations: a lowest point as low as that may be in touch
-STILL = 0.02  # m/s: a body that is slower throughout rests
+STILL = 0.02  # m/s: a body that is slower rests
+RESTS = 3 * STILL  # of its centre and its rim together: slower throughout, it rests as far as poses show
 
 
 @dataclass(frozen=True)
@@ -138,9 +139,15 @@ def _surest(track: ContactTrack, e: int, first: int, end: int) -> int:
 
 def _kept(track: ContactTrack, e: int, k: int, length: int, count: int) -> bool:
     lowest = track.lowest[e, k : k + length + 1]
-    speed = np.linalg.norm(track.states.state[e, k : k + length + 1, 7:10], axis=-1)
-    flies = np.nanmin(lowest) > track.near
-    return bool((not flies and np.nanmax(speed) > STILL) or count % IDLE == 0)
+    if rests(track, track.states.state[e, k : k + length + 1]):
+        return count % LYING == 0
+    return bool(np.nanmin(lowest) <= track.near) or count % FLYING == 0
+
+
+def rests(track: ContactTrack, state: np.ndarray) -> bool:
+    """Whether a body of these states [T, 13] rests throughout, as far as its poses show."""
+    rim = track.shape.reach * np.linalg.norm(state[:, 10:], axis=1)
+    return bool(np.nanmax(np.linalg.norm(state[:, 7:10], axis=1) + rim) < RESTS)
 
 
 def difference(measured: np.ndarray, states: np.ndarray) -> np.ndarray:

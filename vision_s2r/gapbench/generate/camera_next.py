@@ -26,7 +26,7 @@ SHARPER = 4  # samples of a print to one of the canvas, along each axis
 def asked(report: Path, folder: Path, answer: dict[str, Any]) -> Array:
     """The scenes [N, h, w, 3] of a report's next_recording.csv: its next_recording.png held in these poses."""
     table = np.atleast_1d(np.genfromtxt(report / "next_recording.csv", delimiter=",", names=True))
-    dots = cv2.imread(str(report / "next_recording.png"), cv2.IMREAD_GRAYSCALE).astype(np.float64) / 255
+    dots = np.asarray(cv2.imread(str(report / "next_recording.png"), cv2.IMREAD_GRAYSCALE)) / 255
     poses = np.stack([table[name] for name in ("x", "y", "z", "pitch", "yaw", "roll")], axis=1)
     fine = _geometry(folder, FINE)
     return np.stack([held(dots, pose, fine) for pose in poses])
