@@ -12,7 +12,7 @@ PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolli
 PARTS = ("on a corner", "on an edge", "on a face")
 SLIPS = 0.1  # m/s of the lowest point
 TURNS = 0.5  # of the speed of the centre: a spin about the support's axes that is faster rolls or tumbles
-BINS = 4  # of speeds, and of spins
+SPEEDS, SPINS = 4, 2  # bins
 
 
 def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
@@ -33,13 +33,19 @@ def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
             at = start + int(np.nanargmin(lowest[e, start:end]))
             part[k] = _part(track, state[e, at])
     spin = np.where(touches, np.abs(windows.first[:, 12]), np.nan)
-    axes = [Axis("phase", PHASES, phase), _binned("speed", speed, "m/s"), _binned("spin", spin, "rad/s on the spot")]
+    axes = [
+        Axis("phase", PHASES, phase),
+        _binned("speed", speed, SPEEDS, "m/s"),
+        _binned("spin", spin, SPINS, "rad/s on the spot"),
+    ]
     return (*axes, Axis("part", PARTS, part)) if (part >= 0).any() else tuple(axes)
 
 
-def _binned(name: str, values: np.ndarray, unit: str) -> Axis:
+def _binned(name: str, values: np.ndarray, count: int, unit: str) -> Axis:
     """Values [W] in as many bins of as many windows; NaN is in none."""
-    edges = np.unique(np.nanquantile(values, np.linspace(0, 1, BINS + 1))) if np.isfinite(values).any() else np.zeros(1)
+    edges = (
+        np.unique(np.nanquantile(values, np.linspace(0, 1, count + 1))) if np.isfinite(values).any() else np.zeros(1)
+    )
     labels = tuple(f"{low:.2g} to {high:.2g} {unit}" for low, high in pairwise(edges)) or ("any",)
     bins = np.clip(np.searchsorted(edges, np.nan_to_num(values), side="right") - 1, 0, len(labels) - 1)
     return Axis(name, labels, np.where(np.isnan(values), -1, bins))

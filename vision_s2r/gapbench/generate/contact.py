@@ -261,7 +261,7 @@ _WHERE = {
     "rolling_friction": (*_TOUCHING, "phase: rolling or tumbling"),
     "spinning_friction": ("spin",),
     "contact_compliance": _TOUCHING,
-    "corner_radius": ("part: on a corner", "part: on an edge"),
+    "corner_radius": ("part: on a corner", "part: on an edge", *_TOUCHING, "phase: rolling or tumbling"),
 }
 COEFFICIENTS = ("lateral_friction", "restitution")
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
