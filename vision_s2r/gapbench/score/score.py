@@ -62,6 +62,7 @@ class Score:
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
     group: str = ""
+    processor: float | None = None  # seconds
     parts: list["Score"] = field(default_factory=list)  # of a robot
 
 

@@ -51,6 +51,11 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
         *_unknowns(kind, scores),
         *_of_groups(scores),
         median_of("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
+        median_of(
+            "seconds of a processor a recording",
+            (s.processor for s in scores if s.processor is not None),
+            percent=False,
+        ),
         share_of("failed", (s.failed for s in scores)),
     ]
     return [row for row in rows if row is not None]
