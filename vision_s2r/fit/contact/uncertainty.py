@@ -1,7 +1,7 @@
 """How sure parameters are: the sandwich of a fit, episode by episode (Huber, Fifth Berkeley Symposium, 1967)."""
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS
 from vision_s2r.fit.case import Hypothesis
@@ -31,7 +31,7 @@ def intervals(
     episodes = len(slope)
     inner = np.einsum("ed,ef->df", slope, slope) * episodes / max(episodes - 1, 1)
     noise = np.maximum(np.diag(inverse @ inner @ inverse), np.diag(inverse))
-    wide = float(student.ppf(0.5 + level / 2, max(episodes - space.size, 2)))
+    wide = float(stdtrit(max(episodes - space.size, 2), 0.5 + level / 2))
     ends = _opened(fitter, hypothesis, np.sqrt(noise) * wide, _systematic(fitter, space, point) * wide)
     low, high = (space.machines(end[None])[0] for end in ends)
     for c in space.coordinates:

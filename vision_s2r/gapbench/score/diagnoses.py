@@ -1,7 +1,7 @@
 """Diagnose the recordings, each by a process that sees nothing but that recording.
 
-OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took, by the clock and, one at a time,
-of processors, and its last words.
+OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took (by the clock; of
+processors, where it is one at a time) and its last words.
 """
 
 import os
