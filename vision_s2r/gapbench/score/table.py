@@ -161,7 +161,8 @@ def published(rows: Sequence[Total]) -> dict[str, Any]:
 
     def cell(row: Total) -> dict[str, Any]:
         scale = 100 if row.percent else 1
-        value, low, high = (float(f"{scale * number:.3g}") for number in (row.value, row.low, row.high))
+        ends = (round(scale * number, 9) for number in (row.value, row.low, row.high))  # Wilson's 0 is 1e-17
+        value, low, high = (float(f"{number:.3g}") for number in ends)
         unit = {"unit": "%"} if row.percent else {}
         return {"value": value, "low": low, "high": high, **unit, "of": row.count}
 
