@@ -11,8 +11,9 @@ import torch
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera
 from vision_s2r.camera.parameters import CameraParameters
+from vision_s2r.fit.camera import poses
 from vision_s2r.gapbench import generate
-from vision_s2r.gapbench.generate import camera
+from vision_s2r.gapbench.generate import camera, camera_next
 from vision_s2r.gapbench.generate.camera_effects import (
     EFFECTS,
     NOISE,
@@ -151,12 +152,15 @@ def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     assert isinstance(recording, CameraRecording)
     assert recording.sim.shape[1:3] == (128, 128)
     answer = machine.answer
-    expected = {"null": 0, "single": 1, "pair": 2, "triple": 3, "known_unknown": 1, "unpaired": 1}
+    expected = {"null": 0, "single": 1, "pair": 2, "triple": 3, "known_unknown": 1, "unpaired": 1, "confusable": 1}
     assert len(answer.effects) == expected.get(case, 0)
+    if case == "confusable":
+        (visible,) = answer.notes["visible"].values()
+        assert visible < camera.SEVERE_NOISE and answer.shrink is None
     assert bool(answer.unknown) == (case in ("unknown", "known_unknown"))
     assert bool(answer.withhold) == (case == "left_out")
     assert recording.pairing == ("unpaired" if case == "unpaired" else "paired")
-    if case == "unpaired":
+    if case in ("unpaired", "confusable"):
         return
     gap = 255 * math.sqrt(np.mean((recording.sim - recording.real) ** 2))
     if case in ("null", "weak"):
@@ -166,6 +170,31 @@ def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     if case in ("single", "pair", "triple"):
         assert answer.shrink > 0.9  # what is drawn finer than sim/, 16 bits show as well
     assert all(shown >= 1.5 for shown in answer.notes["visible"].values()) or case == "weak"
+
+
+def test_a_camera_photographs_what_a_report_asks_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(camera, "PAIRS", 4)
+    machine = camera.machine("confusable", 0, "tuning", np.random.default_rng(6))
+    (tmp_path / "before").mkdir()
+    machine.write(tmp_path / "before")
+    before, answer = read(tmp_path / "before"), machine.answer.to_dict()
+    target = np.kron(np.random.default_rng(0).random((16, 16)), np.ones((64, 64)))
+    cv2.imwrite(str(tmp_path / "next_recording.png"), np.round(255 * target).astype(np.uint8))
+    held = poses.candidates(before.intrinsics[0] / 128)[[0, 3, 10]]
+    columns = poses.table(held)
+    rows = np.stack(list(columns.values()), axis=1)
+    np.savetxt(tmp_path / "next_recording.csv", rows, delimiter=",", header=",".join(columns), comments="")
+    asked = camera_next.asked(tmp_path, tmp_path / "before", answer)
+    camera_next.continued(tmp_path / "before", tmp_path / "after", answer, asked, np.random.default_rng(1))
+    after = read(tmp_path / "after")
+    assert isinstance(after, CameraRecording) and len(after.sim) == len(before.sim) + 3
+    assert np.array_equal(after.real[: len(before.real)], before.real)
+    print_ = cv2.resize(target, (128, 128), interpolation=cv2.INTER_AREA).astype(np.float32)
+    for picture, pose in zip(after.sim[-3:], held, strict=True):
+        ideal = poses.seen(print_, pose, before.intrinsics)
+        assert np.abs(picture[..., 0] - ideal).mean() < 0.03 < ideal.std()
+    scenes = camera_next.at_random(tmp_path / "before", answer, asked, np.random.default_rng(2))
+    assert scenes.shape == asked.shape
 
 
 def test_the_same_seed_seals_the_same_camera(tmp_path: Path) -> None:

@@ -73,7 +73,9 @@ def test_a_body_is_tossed_once_more_as_a_report_asks(tmp_path, monkeypatch):
     before, answer = read(tmp_path / "before"), asdict(machine.answer)
     high = np.array([[0.1 * k, 0, 1.5, 0, 0, 0, 1, 0.5, 0, 1, 0, 0, 0] for k in range(2)])
     columns = dict(zip(contact.COLUMNS, high.T, strict=True))
-    throws = contact.asked(np.rec.fromarrays(list(columns.values()), names=list(columns)))
+    rows = [",".join(columns), *(",".join(map(repr, row.tolist())) for row in high)]
+    (tmp_path / "next_recording.csv").write_text("\n".join(rows) + "\n")
+    throws = contact.asked(tmp_path, tmp_path / "before", answer)
     contact.continued(tmp_path / "before", tmp_path / "after", answer, throws, np.random.default_rng(1))
     after = read(tmp_path / "after")
     assert len(after) == len(before) + 2

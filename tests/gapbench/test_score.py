@@ -158,6 +158,17 @@ def test_optional_names_are_neither_asked_for_nor_wrong() -> None:
     assert scored(truth, report("explained", "latency")).false == ["latency"]
 
 
+def test_a_place_is_right_by_its_axis_or_by_itself() -> None:
+    truth = answer(effects={"cogging": {}}, where=["position", "phase: sliding"])
+    for place, right in (
+        ({"axis": "position", "at": "0 to 1 rad"}, True),
+        ({"axis": "phase", "at": "sliding"}, True),
+        ({"axis": "phase", "at": "bouncing"}, False),
+    ):
+        said = report("explained", "cogging") | {"where": [place]}
+        assert scored(truth, said).location_right is right
+
+
 def test_an_unknown_effect_with_a_false_name_beside_it_is_not_recognized() -> None:
     truth = answer(case="unknown", unknown="drag")
     assert scored(truth, report("unexplained")).recognized

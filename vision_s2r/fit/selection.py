@@ -11,7 +11,7 @@ from vision_s2r.fit.likelihood import influence, normal_equations
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, trials
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
-SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments
+SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments that are tried
 
 
 class Fitter(ABC, Generic[S]):
@@ -21,6 +21,7 @@ class Fitter(ABC, Generic[S]):
     count: int  # segments
     assumed: Names = frozenset()  # names that a fit may begin with although its start has them not
     iterations: int  # of what the start has already
+    shifts = SHIFTS
 
     def __init__(self) -> None:
         self._derived: dict[object, tuple[np.ndarray, np.ndarray]] = {}
@@ -94,7 +95,7 @@ class Fitter(ABC, Generic[S]):
         stiffness = space.stiffness(point, believed)
         bend = curvature[part].sum(axis=0) + np.diag(stiffness)
         pull = slope[part].sum(axis=0) + (believed - point) * stiffness
-        tried = np.concatenate([point[None], trials(point, bend, pull, SHIFTS, space)])
+        tried = np.concatenate([point[None], trials(point, bend, pull, self.shifts, space)])
         values, scales = costs(self.runs, space, data, tried)
         best = int(np.argmin(values + [space.surprise(each, believed) for each in tried]))
         return space.hypothesis(tried[best], {SCALE: scales[best]})

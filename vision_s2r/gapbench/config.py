@@ -36,8 +36,8 @@ class GapbenchConfig:
     stage: str = option(
         "all",
         "generate (draw and write the recordings), score (diagnose each, then open the answers and score), all (both), "
-        "or follow (kind=joint, contact: make the recording that each unsettled diagnosis asks for, beside a random "
-        "one, and diagnose again).",
+        "or follow (kind=joint, camera, contact: make the recording that each unsettled diagnosis asks for, beside a "
+        "random one, and diagnose again).",
         choices=STAGES,
     )
     kind: str = option("joint", "Of machine.", choices=KINDS)

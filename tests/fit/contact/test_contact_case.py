@@ -108,6 +108,33 @@ def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
     assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.1)
 
 
+def test_a_machine_is_run_once(monkeypatch):
+    recording, _ = tossed({}, tosses=4, samples=40)
+    track = make_track(recording)
+    predictor = plain(track, windows_of(track))
+    space = ContactSpace(frozenset({"lateral_friction"}), ContactScales(track.nominal, track.shape, DT), {})
+    first = predictor.residuals(space, np.array([[0.3], [0.4]]), [0, 1])
+    ran = []
+    run = type(predictor).run
+    monkeypatch.setattr(type(predictor), "run", lambda self, *given: ran.append(list(given[2])) or run(self, *given))
+    again = predictor.residuals(space, np.array([[0.4], [0.3]]), [2, 1, 0])
+    assert ran == [[2], [2]] and np.array_equal(again[:, [2, 1]], first[::-1])
+
+
+def test_where_friction_acts_is_where_the_body_slides():
+    first = toss(12, 3)
+    first[:, 2], first[:, 3:7], first[:, 9:] = 0.05, (0, 0, 0, 1), 0
+    first[6:, 2], first[6:, 9] = 1.0, 2.0  # thrown up, beside those that are pushed
+    recording, _ = tossed({"lateral_friction": {"value": 0.25}}, 12, 60, first=first)
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset({"lateral_friction"}), range(12), None)
+    moved = case.moved(found, "lateral_friction")
+    (phase,) = moved.axes
+    by_phase = dict(zip(phase.labels, np.bincount(phase.bins, moved.error, len(phase.labels)), strict=True))
+    assert by_phase["sliding"] > 0.9 * moved.error.sum() and by_phase["in free flight"] == 0
+    assert case.moved(found, "support_tilt") is None
+
+
 def test_which_corner_of_a_face_hits_first_is_not_known_and_counts_as_that():
     first = np.zeros((16, 13))
     first[:, 2] = 0.1
@@ -205,7 +232,7 @@ def test_a_wrong_friction_is_named_replayed_and_patched(tmp_path):
     assert effect["name"] == "lateral_friction" and value["value"] == pytest.approx(0.25, rel=0.03)
     assert value["ci"][0] <= 0.25 <= value["ci"][1]
     assert report["gap"]["after"] < 0.5 * report["gap"]["before"]
-    assert {place["axis"] for place in report["where"]} <= {"phase", "speed", "part"}
+    assert {place["axis"] for place in report["where"]} <= {"phase", "speed", "part", "spin"}
     patch = tmp_path / "report" / "patch"
     changed = json.loads((patch / "pybullet.json").read_text())["changeDynamics"]
     assert changed == {"lateralFriction": value["value"], "restitution": 0.2}

@@ -67,7 +67,7 @@ class ContactCase:
         overlap = min(1.0, 1.5 * STRIDE / SPAN)
         nominal = self._fitter_of(NOMINAL, overlap)
         both = frozenset(COEFFICIENTS) & frozenset(self.library)
-        best = nominal.fit(both, episodes, NOMINAL)
+        best = first = nominal.fit(both, episodes, NOMINAL)
         fitter = self._fitter_of(best, overlap)
         for _ in range(LAYERS):
             gains = fitter.gains(best, sorted(self.library.keys() - names_of(best)))
@@ -75,7 +75,7 @@ class ContactCase:
             if name is None or gains[name] < CLEAR:
                 break
             best = fitter.fit(names_of(best) | {name}, episodes, best)
-        self._fitter = self._fitter_of(best, overlap)
+        self._fitter = fitter if best is first else self._fitter_of(best, overlap)
         best = self._fitter.fit(names_of(best), episodes, best)
         self._gap = ContactGap(self._fitter, best)
         gains = self._fitter.gains(NOMINAL, sorted(self.library))
@@ -133,8 +133,15 @@ class ContactCase:
     # -- what to try
 
     def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
-        """None: no effect has axes of its own."""
-        return None
+        """What an effect does to each window, squared and in units of what is not known, along its own axes."""
+        along = CONTACT_FITS[name].along
+        return self._gap.moved(self._change(hypothesis, name), along) if along else None
+
+    def _change(self, hypothesis: Hypothesis, name: str) -> np.ndarray:
+        """Squares [W, 6·H] of what an effect of the hypothesis changes, in units of what is not known, limited."""
+        without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
+        one, other = (self._fitter.residuals(each, range(self.segments)) for each in (hypothesis, without))
+        return np.minimum((one - other) ** 2, WINSOR)
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each of these names would gain."""
@@ -160,11 +167,7 @@ class ContactCase:
         if name in COEFFICIENTS:
             nominal = float(getattr(self.track.nominal, name))
             return abs(values["value"] - nominal) < max(TOLERANCE * nominal, SLIGHT)
-        without = {key: value for key, value in hypothesis.values.items() if key != name}
-        episodes = range(self.segments)
-        change = self._fitter.residuals(hypothesis, episodes)
-        change = change - self._fitter.residuals(Hypothesis(without, hypothesis.extra), episodes)
-        return bool(np.minimum(change**2, WINSOR).mean() < 1e-3)
+        return bool(self._change(hypothesis, name).mean() < 1e-3)
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether parameters are at a bound, or differ between episodes as a stand-in's do."""

@@ -27,6 +27,7 @@ class ContactFit:
     not_excited: str  # why a recording could not have shown it
     excited_by: str  # the motion that shows it
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
+    along: tuple[str, ...] = ()  # axes of `phases` on which it has a place
     rough: bool = False  # its form is only roughly the same on any two bodies
 
 

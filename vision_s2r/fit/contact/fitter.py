@@ -11,17 +11,19 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import Predictor
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.likelihood import GAUSSIAN
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize_carrying
 from vision_s2r.fit.questions import apart
-from vision_s2r.fit.selection import SCALE, Fitter
+from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
-FOLLOWED = 1  # starts of an effect that are followed
+FOLLOWED = 1  # starts of an effect that are followed …
+THINNED = 3  # … chosen by one in so many windows
 
 
 class ContactFitter(Fitter[ContactSpace]):
     """Maximum likelihood on some episodes of a track."""
 
-    iterations = 7
+    iterations = 10
+    shifts = SHIFTS[:1]
 
     def __init__(
         self, predictor: Predictor, scales: ContactScales, terms: Mapping[str, Term], floor: float, temper: float
@@ -102,7 +104,7 @@ class ContactFitter(Fitter[ContactSpace]):
         if space.size == 0:
             _, scales = costs(self.runs, space, data, point[None])
             return space.hypothesis(point, {SCALE: scales[0]})
-        fitted = minimize(self.runs, space, data, point, iterations or self.iterations)
+        fitted = minimize_carrying(self.runs, space, data, point, iterations or self.iterations)
         return space.hypothesis(fitted.point, {SCALE: fitted.scale})
 
     def screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
@@ -115,9 +117,10 @@ class ContactFitter(Fitter[ContactSpace]):
             now = float(costs(self.runs, before, data, here[None])[0][0])
             points = self._starts(space, hypothesis, name)
             if len(points) > FOLLOWED:
-                order = np.argsort(costs(self.runs, space, data, points)[0], kind="stable")
+                some = Data(data.episodes[::THINNED], data.weight[::THINNED], data.floor, data.temper)
+                order = np.argsort(costs(self.runs, space, some, points)[0], kind="stable")
                 points = points[order[:FOLLOWED]]
-            fits = [minimize(self.runs, space, data, point, 1) for point in points]
+            fits = [minimize_carrying(self.runs, space, data, point, 1) for point in points]
             best = min(fits, key=lambda fitted: fitted.cost)
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]

@@ -3,7 +3,7 @@
 In longer ones a few of those in which a hair decides between two outcomes are most of the sum of squares.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -48,6 +48,13 @@ class ContactGap:
             for axis in self._phases
         )
         return Samples(error=error, floor=floor, segment=episode, axes=axes)
+
+    def moved(self, squares: np.ndarray, along: Sequence[str]) -> Samples:
+        """What an effect changes of each short window, its squares [W, 6·H], by these axes; there is no noise in it."""
+        windows = self._fitter.predictor.windows
+        change = squares.sum(axis=1)
+        axes = tuple(axis for axis in self._phases if axis.name in along)
+        return Samples(error=change, floor=np.zeros(len(change)), segment=windows.episode, axes=axes)
 
     def _squared(self, predictor: Predictor, hypothesis: Hypothesis) -> np.ndarray:
         """[W, H] m²."""

@@ -1,4 +1,4 @@
-"""What the body does in each window: it flies, hits, bounces, slides, rolls or rests, at what speed, on what part."""
+"""What the body does in each window: it flies, hits, bounces, slides, rolls or rests, how fast, and on what part."""
 
 from itertools import pairwise
 
@@ -6,13 +6,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.fit.case import Axis
-from vision_s2r.fit.contact.windows import STILL, ContactTrack, Windows
+from vision_s2r.fit.contact.windows import ContactTrack, Windows, rests
 
 PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolling or tumbling", "at rest")
 PARTS = ("on a corner", "on an edge", "on a face")
 SLIPS = 0.1  # m/s of the lowest point
 TURNS = 0.5  # of the speed of the centre: a spin about the support's axes that is faster rolls or tumbles
-SPEEDS = 4  # bins
+SPEEDS, SPINS = 4, 2  # bins
 
 
 def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
@@ -20,21 +20,35 @@ def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
     state, lowest = track.states.state, track.lowest
     touching = lowest < track.near
     count = len(windows.first)
-    phase, part = np.full(count, -1), np.full(count, -1)
+    phase, part, touches = np.full(count, -1), np.full(count, -1), np.zeros(count, dtype=bool)
     speed = np.linalg.norm(windows.first[:, 7:10], axis=1)
-    first_touch = [int(np.argmax(row)) if row.any() else len(row) for row in touching]
+    # One that was put down, or pushed, has no first impact.
+    first_touch = [int(np.argmax(row)) if row.any() and not row[0] else len(row) for row in touching]
     for k in range(count):
         e, start = int(windows.episode[k]), int(windows.sample[k])
         end = min(start + windows.samples, int(track.lengths[e]))
         phase[k] = _phase(track, state[e, start:end], touching[e, start:end], start <= first_touch[e] < end)
-        if touching[e, start:end].any() and track.shape.kind == "box":
+        touches[k] = touching[e, start:end].any()
+        if touches[k] and track.shape.kind == "box":
             at = start + int(np.nanargmin(lowest[e, start:end]))
             part[k] = _part(track, state[e, at])
-    edges = np.unique(np.quantile(speed, np.linspace(0, 1, SPEEDS + 1)))
-    labels = tuple(f"{low:.2g} to {high:.2g} m/s" for low, high in pairwise(edges)) or ("any",)
-    bins = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, len(labels) - 1)
-    axes = [Axis("phase", PHASES, phase), Axis("speed", labels, bins)]
+    spin = np.where(touches, np.abs(windows.first[:, 12]), np.nan)
+    axes = [
+        Axis("phase", PHASES, phase),
+        _binned("speed", speed, SPEEDS, "m/s"),
+        _binned("spin", spin, SPINS, "rad/s on the spot"),
+    ]
     return (*axes, Axis("part", PARTS, part)) if (part >= 0).any() else tuple(axes)
+
+
+def _binned(name: str, values: np.ndarray, count: int, unit: str) -> Axis:
+    """Values [W] in as many bins of as many windows; NaN is in none."""
+    edges = (
+        np.unique(np.nanquantile(values, np.linspace(0, 1, count + 1))) if np.isfinite(values).any() else np.zeros(1)
+    )
+    labels = tuple(f"{low:.2g} to {high:.2g} {unit}" for low, high in pairwise(edges)) or ("any",)
+    bins = np.clip(np.searchsorted(edges, np.nan_to_num(values), side="right") - 1, 0, len(labels) - 1)
+    return Axis(name, labels, np.where(np.isnan(values), -1, bins))
 
 
 def _phase(track: ContactTrack, state: np.ndarray, touching: np.ndarray, first: bool) -> int:
@@ -43,14 +57,13 @@ def _phase(track: ContactTrack, state: np.ndarray, touching: np.ndarray, first: 
     if first:
         return 1
     velocity, spin = state[:, 7:10], state[:, 10:]
-    speed = np.linalg.norm(velocity, axis=1)
-    rim = track.shape.reach * np.linalg.norm(spin, axis=1)
-    if np.nanmax(speed + rim) < 3 * STILL:
+    if rests(track, state):
         return 5
     if not touching.all():
         return 2
     slip = velocity[:, :2] + track.shape.depth * np.stack([-spin[:, 1], spin[:, 0]], axis=1)
-    tumbles = track.shape.reach * np.linalg.norm(spin[:, :2], axis=1).mean() > TURNS * speed.mean()
+    speed = np.linalg.norm(velocity, axis=1).mean()
+    tumbles = track.shape.reach * np.linalg.norm(spin[:, :2], axis=1).mean() > TURNS * speed
     return 4 if tumbles or np.linalg.norm(slip, axis=1).mean() < SLIPS else 3
 
 

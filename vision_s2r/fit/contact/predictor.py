@@ -6,8 +6,9 @@ what the simulator's step leaves. All poses of a window are whitened together.
 """
 
 import math
+from collections import OrderedDict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,6 +20,9 @@ from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
 STEP = 0.0025  # s, of the integrator in touch, at most
 FINER = 4  # times the steps, for the integrator's own error
 DRAWS = 24  # of first states
+REMEMBERED = 400  # machines whose residuals are kept
+
+_Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [W, 6·H], and of which windows [W] they are
 
 
 @dataclass(frozen=True)
@@ -28,6 +32,8 @@ class Predictor:
     track: ContactTrack
     windows: Windows
     whiten: np.ndarray  # [W, 6·H, 6·H] lower triangles, of residuals by horizon; beyond an episode's end 0
+    # By machine, the last asked for last.
+    _known: _Known = field(default_factory=OrderedDict, repr=False, compare=False)
 
     channels = 1  # of the residuals
 
@@ -37,11 +43,25 @@ class Predictor:
         return max(1, math.ceil(self.track.sample_time / STEP - 1e-9))
 
     def residuals(self, space: ContactSpace, points: np.ndarray, windows: Sequence[int]) -> np.ndarray:
-        """Whitened residuals [C, W, 6·H, 1] of points [C, D]."""
-        index = np.asarray(windows)
-        raw = self.differences(space, points, index)
-        flat = raw.reshape(*raw.shape[:2], -1)
-        return np.einsum("wij,cwj->cwi", self.whiten[index], flat, optimize=True)[..., None]
+        """Whitened residuals [C, W, 6·H, 1] of points [C, D]; of a machine that is asked for again, as they were."""
+        index, terms = np.asarray(windows), space.terms.array().tobytes()
+        rows = space.machines(points)
+        found = [self._of(space, point, row.tobytes() + terms, index) for point, row in zip(points, rows, strict=True)]
+        return np.stack(found)[..., None]
+
+    def _of(self, space: ContactSpace, point: np.ndarray, machine: bytes, index: np.ndarray) -> np.ndarray:
+        """Whitened residuals [W, 6·H] of one machine, run in those windows in which it has not been."""
+        count, size = self.whiten.shape[:2]
+        kept, done = self._known.pop(machine, (np.zeros((count, size)), np.zeros(count, dtype=bool)))
+        missing = index[~done[index]]
+        if len(missing):
+            raw = self.differences(space, point[None], missing)[0].reshape(len(missing), -1)
+            kept, done = kept.copy(), done.copy()  # another thread may be reading
+            kept[missing], done[missing] = np.einsum("wij,wj->wi", self.whiten[missing], raw), True
+        self._known[machine] = kept, done
+        while len(self._known) > REMEMBERED:
+            self._known.popitem(last=False)
+        return kept[index]
 
     def differences(self, space: ContactSpace, points: np.ndarray, index: np.ndarray, finer: int = 1) -> np.ndarray:
         """Measured less predicted poses [C, W, H, 6]."""
@@ -95,7 +115,10 @@ class Predictor:
             return difference(states, plain).reshape(len(index), -1)
 
         axes = np.broadcast_to(np.eye(12)[:, None], (12, len(index), 12))
-        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes], axis=2)  # [W, 6·H, 12]
+        level = 2 if space.terms.place is None else 0  # the support is as good elsewhere, and what is on it only moves
+        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes[level:]], axis=2)  # [W, 6·H, 12 - level]
+        aside = np.eye(6)[:, :level] * w.sigma[index, 0][:, None, None]
+        linear = np.concatenate([np.tile(aside, (1, len(w.steps), 1)), linear], axis=2)  # [W, 6·H, 12]
         # Where the outcome hangs on a hair, on which corner touches first, it is of all axes together, and not linear.
         rng = np.random.default_rng(0)
         draws = rng.standard_normal((DRAWS, len(index), 12))

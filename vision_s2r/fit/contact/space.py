@@ -1,5 +1,6 @@
 """The coordinates that a fit moves in: every parameter of a set of effects and terms, in the measure that suits it."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -12,6 +13,8 @@ from vision_s2r.fit.contact import effects as _effects  # noqa: F401  (fills CON
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.coordinates import Coordinates, ParameterRange
+
+GRAIN = 2**-20  # of a coordinate's step: points as near as that are one machine, and are run once
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +52,8 @@ class ContactSpace(Coordinates):
         self.low, self.high = column("low", -10 * scale), column("high", 10 * scale)
         self.step, self.prior = column("step", 0.03 * scale), column("prior", scale)
         self.centre, self.repeats = np.full(self.size, np.nan), np.ones(self.size)
+        # A power of two, so that bounds such as 0 and 1 are on the grid.
+        self._grain = np.array([2.0 ** math.floor(math.log2(step * GRAIN)) for step in self.step])
 
     def of(self, effect: str) -> list[int]:
         """Which coordinates are this effect's parameters."""
@@ -64,7 +69,8 @@ class ContactSpace(Coordinates):
         return np.clip(np.array(point), self.low, self.high)
 
     def machines(self, points: np.ndarray) -> np.ndarray:
-        """Rows [C, P] of the simulator for points [C, D], the coefficients of terms behind."""
+        """Rows [C, P] of the simulator for points [C, D], the coefficients of terms behind; points by their grain."""
+        points = np.rint(points / self._grain) * self._grain
         rows = np.repeat(self.base[None], len(points), axis=0)
         for k, c in enumerate(self.coordinates):
             rows[:, c.column] = np.exp(points[:, k]) if c.log else points[:, k]

@@ -1,7 +1,7 @@
 """How sure parameters are: the sandwich of a fit, episode by episode (Huber, Fifth Berkeley Symposium, 1967)."""
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS
 from vision_s2r.fit.case import Hypothesis
@@ -16,7 +16,8 @@ COEFFICIENT = 1e-3  # of a friction or a restitution
 POSES = 0.45  # of the error of positions: of a length, since corners and support are only known by poses
 ROUGHLY = 0.06  # of a parameter whose effect's form is only roughly the same
 FLAT = 1.0  # nats: an end at which the likelihood has fallen by less is farther off …
-DOUBLINGS = 8  # … by so many doublings at most
+GONE = 200.0  # … at which it has by more is nearer, however parameters depend on each other
+DOUBLINGS = 8  # … by so many doublings, or halvings, at most
 AT_BOUND = 0.01  # of the range
 
 
@@ -30,9 +31,8 @@ def intervals(
     episodes = len(slope)
     inner = np.einsum("ed,ef->df", slope, slope) * episodes / max(episodes - 1, 1)
     noise = np.maximum(np.diag(inverse @ inner @ inverse), np.diag(inverse))
-    deviation = np.sqrt(noise + _systematic(fitter, space, point) ** 2)
-    reach = deviation * float(student.ppf(0.5 + level / 2, max(episodes - space.size, 2)))
-    ends = _opened(fitter, hypothesis, reach)
+    wide = float(stdtrit(max(episodes - space.size, 2), 0.5 + level / 2))
+    ends = _opened(fitter, hypothesis, np.sqrt(noise) * wide, _systematic(fitter, space, point) * wide)
     low, high = (space.machines(end[None])[0] for end in ends)
     for c in space.coordinates:
         out[c.effect][c.parameter] = (float(low[c.column]), float(high[c.column]))
@@ -52,26 +52,38 @@ def _systematic(fitter: ContactFitter, space: ContactSpace, point: np.ndarray) -
     return out
 
 
-def _opened(fitter: ContactFitter, hypothesis: Hypothesis, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper ends [D], farther off where the likelihood hardly falls on that side.
+def _opened(
+    fitter: ContactFitter, hypothesis: Hypothesis, noise: np.ndarray, systematic: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper ends [D], nearer where the likelihood is gone before, farther off where it hardly falls.
 
     A ball that slides without rolling bears any larger rolling friction: the slope on this side tells of the other.
     """
     space, point, *_ = fitter.derived(hypothesis)
     data = fitter.data(range(fitter.count))
-    ends = np.stack([point - reach, point + reach])
     best = float(costs(fitter.runs, space, data, point[None])[0][0])
-    flat = np.broadcast_to(np.arange(space.size) < len(space.coordinates), ends.shape).copy()
-    for _ in range(DOUBLINGS):
-        side, k = np.nonzero(flat)
+    sides = np.array([[-1.0], [1.0]])
+
+    def rise(ends: np.ndarray, asked: np.ndarray) -> np.ndarray:
+        """By how much (nats) the likelihood has fallen at the ends [2, D] that are `asked`; 0 for others."""
+        side, k = np.nonzero(asked)
         trial = np.repeat(point[None], len(k), axis=0)
         trial[np.arange(len(k)), k] = np.clip(ends[side, k], space.low[k], space.high[k])
-        rise = costs(fitter.runs, space, data, trial)[0] - best
-        inside = (ends[side, k] > space.low[k]) & (ends[side, k] < space.high[k])
-        flat[side, k] = (rise < FLAT) & inside
-        if not flat.any():
-            break
-        ends = np.where(flat, point + 2 * (ends - point), ends)
+        out = np.zeros(ends.shape)
+        if len(k):
+            out[side, k] = costs(fitter.runs, space, data, trial)[0] - best
+        return out
+
+    asked = np.broadcast_to(np.arange(space.size) < len(space.coordinates), (2, space.size)).copy()
+    reach = np.broadcast_to(noise, asked.shape)
+    for _ in range(DOUBLINGS):
+        asked &= rise(point + sides * reach, asked) > GONE
+        reach = np.where(asked, reach / 2, reach)
+    ends = point + sides * np.hypot(reach, systematic)
+    asked = np.broadcast_to(np.arange(space.size) < len(space.coordinates), ends.shape).copy()
+    for _ in range(DOUBLINGS):
+        asked &= (rise(ends, asked) < FLAT) & (ends > space.low) & (ends < space.high)
+        ends = np.where(asked, point + 2 * (ends - point), ends)
     return ends[0], ends[1]
 
 

@@ -4,10 +4,11 @@ Motion after impacts is chaotic. A window spans an impact or two, so that what i
 parameter; what the error of its first state makes of the prediction is known to first order, and counts as noise.
 """
 
+import math
 from dataclasses import dataclass
 
+import numba
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import NominalContact, Shape
 from vision_s2r.fit.contact.bias import bias_of, resting
@@ -19,9 +20,10 @@ STRIDE = 0.05  # s, between the starts of two
 HORIZONS = 3  # poses of a window that are compared, evenly spaced
 LEAST = 6  # samples of a window
 MOST_WINDOWS = 700
-IDLE = 3  # of windows in free flight, or at rest, one in so many is looked at
+FLYING, LYING = 3, 8  # of windows in free flight, and of those at rest, one in so many is looked at
 NEAR = 0.05  # of the body's depth, and three standard deviations: a lowest point as low as that may be in touch
-STILL = 0.02  # m/s: a body that is slower throughout rests
+STILL = 0.02  # m/s: a body that is slower rests
+RESTS = 3 * STILL  # of its centre and its rim together: slower throughout, it rests as far as poses show
 
 
 @dataclass(frozen=True)
@@ -137,16 +139,35 @@ def _surest(track: ContactTrack, e: int, first: int, end: int) -> int:
 
 def _kept(track: ContactTrack, e: int, k: int, length: int, count: int) -> bool:
     lowest = track.lowest[e, k : k + length + 1]
-    speed = np.linalg.norm(track.states.state[e, k : k + length + 1, 7:10], axis=-1)
-    flies = np.nanmin(lowest) > track.near
-    return bool((not flies and np.nanmax(speed) > STILL) or count % IDLE == 0)
+    if rests(track, track.states.state[e, k : k + length + 1]):
+        return count % LYING == 0
+    return bool(np.nanmin(lowest) <= track.near) or count % FLYING == 0
+
+
+def rests(track: ContactTrack, state: np.ndarray) -> bool:
+    """Whether a body of these states [T, 13] rests throughout, as far as its poses show."""
+    rim = track.shape.reach * np.linalg.norm(state[:, 10:], axis=1)
+    return bool(np.nanmax(np.linalg.norm(state[:, 7:10], axis=1) + rim) < RESTS)
 
 
 def difference(measured: np.ndarray, states: np.ndarray) -> np.ndarray:
     """Measured less predicted poses [..., 6]: m, and rotation vectors in the support's frame."""
     shape = states.shape[:-1]
-    measured = np.broadcast_to(measured[..., :7], (*shape, 7)).reshape(-1, 7)
-    predicted = states.reshape(-1, states.shape[-1])
-    turn = Rotation.from_quat(measured[:, 3:7]) * Rotation.from_quat(predicted[:, 3:7]).inv()
-    out = np.concatenate([measured[:, :3] - predicted[:, :3], turn.as_rotvec()], axis=1)
-    return np.asarray(out.reshape(*shape, 6))
+    measured = np.ascontiguousarray(np.broadcast_to(measured[..., :7], (*shape, 7))).reshape(-1, 7)
+    out = np.empty((len(measured), 6))
+    _difference(measured, np.ascontiguousarray(states[..., :7]).reshape(-1, 7), out)
+    return out.reshape(*shape, 6)
+
+
+@numba.njit(nogil=True, cache=True, error_model="numpy")
+def _difference(measured: np.ndarray, predicted: np.ndarray, out: np.ndarray) -> None:
+    for n in range(len(out)):
+        for axis in range(3):
+            out[n, axis] = measured[n, axis] - predicted[n, axis]
+        x, y, z, w = measured[n, 3], measured[n, 4], measured[n, 5], measured[n, 6]
+        a, b, c, d = -predicted[n, 3], -predicted[n, 4], -predicted[n, 5], predicted[n, 6]
+        i, j, k = w * a + x * d + y * c - z * b, w * b - x * c + y * d + z * a, w * c + x * b - y * a + z * d
+        real, size = w * d - x * a - y * b - z * c, math.sqrt(i * i + j * j + k * k)
+        angle = 2 * math.atan2(size, abs(real))
+        scale = (angle / size if size > 0 else 2.0) * (1.0 if real >= 0 else -1.0)
+        out[n, 3], out[n, 4], out[n, 5] = scale * i, scale * j, scale * k

@@ -9,7 +9,7 @@ A kind of recording is a module (`generate.joint`, `generate.camera`) with
 random comes from `rng`. The unknown effects of the two splits are disjoint. What `generate.of_kind` asks of a kind
 follows by name. A kind whose machines can do what a report asks for (`score.follow`) also has
 
-    def asked(table: np.ndarray) -> np.ndarray                    # what a next_recording.csv is to make the machine do
+    def asked(report: Path, folder: Path, answer: dict) -> np.ndarray  # what a report asks the recorded machine to do
     def at_random(folder: Path, answer: dict, like: np.ndarray, rng: np.random.Generator) -> np.ndarray  # as much
     def continued(folder: Path, out: Path, answer: dict, done: np.ndarray, rng: np.random.Generator) -> None
 """
@@ -46,10 +46,10 @@ class Answer:
 
     `effects` must be named; `optional` may be (parameters within 3 % of nominal, effects too weak to matter, values of
     a degenerate description). `equivalents` are sets of effects that predict the same as `effects`: no error, only
-    no exact answer either. `where` lists the axes of a report's `where` of which the leading one is right; empty: the
-    machine does not define one. `shrink` is the gap that the true effects remove, by the generator's own simulation, in
-    the sense of a report's `gap.shrink`; None where there is no gap. Values in `effects` that are arbitrary by a
-    symmetry (an angle at zero strength) are left out.
+    no exact answer either. `where` lists the axes of a report's `where`, or places on them (AXIS: AT), of which the
+    leading one is right; empty: the machine does not define one. `shrink` is the gap that the true effects remove, by
+    the generator's own simulation, in the sense of a report's `gap.shrink`; None where there is no gap. Values in
+    `effects` that are arbitrary by a symmetry (an angle at zero strength) are left out.
     """
 
     case: str

@@ -5,6 +5,9 @@ compression: 1.5 to 12), and by 1.5 at least beside the others. The gap that the
 real pictures: before, the distance to sim/; floor, the noise of the camera without noise effects; after, the floor and
 what else sim/, as it passes through this module's own camera with the true parameters, differs by than the noise of
 both (a camera predicts how noisy, not which noise). Pixels whose light came from beyond sim/ do not count.
+
+What a confusable recording hides changes pictures such as people take anyway by 4.5 grey levels or more, and those that
+are recorded by less than 0.15, or another effect of its kind changes them alike.
 """
 
 import itertools
@@ -35,19 +38,27 @@ from vision_s2r.gapbench.generate.camera_effects import (
     quantize,
     to_linear,
 )
+from vision_s2r.gapbench.generate.camera_looks import LOOKS
 from vision_s2r.gapbench.generate.camera_strength import FAMILIES, IN_STEPS, OF_COLOUR
 from vision_s2r.gapbench.generate.camera_unknown import UNKNOWN, Kind
 
-CASES = ("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "unpaired")
+CASES = ("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "unpaired", "confusable")
 PAIRS, UNPAIRED_PICTURES = 16, 24
 SIZE, MARGIN, FINE = 128, 28, 2
 MILD, SEVERE, SEVERE_NOISE = 1.5, 20.0, 12.0  # grey levels of 255
 WEAK = (0.03, 0.15)
+HIDDEN = 0.15  # grey levels: an effect, or what is left of it beside another, that nobody can tell
+SLIGHT, DRAWS = 0.05, 3  # intensity of an effect that is scaled to imitate another, and how often it is drawn
 LEAST_SHRINK = 0.1  # of a known effect beside an unknown one
 # Effects that the statistics of two sets of pictures can show
 UNPAIRED = (
     *("defocus_blur", "motion_blur", "jpeg_compression", "read_noise", "shot_noise"),
     *("vignetting", "exposure", "white_balance"),
+)
+_ALIKE = (  # effects that may pass for each other
+    ("exposure", "white_balance", "gamma", "vignetting", "uneven_illumination", "cast_shadow"),
+    ("defocus_blur", "motion_blur", "low_resolution"),
+    ("camera_pose_offset", "lens_distortion", "chromatic_aberration"),
 )
 _WARPS = ("camera_pose_offset", "lens_distortion", "chromatic_aberration", "defocus_blur", "motion_blur")
 _PAIRS = tuple(itertools.combinations(EFFECTS, 2))
@@ -165,6 +176,41 @@ def _known_unknown(index: int, split: str, rng: np.random.Generator) -> Drawn:
     return setting, truth, Answer("known_unknown", truth.values, unknown=truth.unknown)
 
 
+def _confusable(index: int, split: str, rng: np.random.Generator) -> Drawn:
+    """One effect, drawn: few are hidden by pictures of one kind."""
+    name = str(rng.choice(EFFECTS))
+    setting = _setting((name,), rng, common=True)
+    truth = _grown(setting, CameraTruth(), name, rng, (3 * MILD, SEVERE_NOISE))
+    for look in rng.permutation(list(LOOKS)):
+        pictures = itertools.islice(LOOKS[str(look)](replace(setting.geometry, scale=FINE).shape, rng), PAIRS)
+        hiding = setting_of(np.stack(list(pictures)), replace(setting.form, content="photo"), setting)
+        _check_margin(hiding, truth)
+        if _hidden(hiding, truth, name, rng):
+            return hiding, truth, Answer("confusable", truth.values)
+    raise Redraw
+
+
+def _hidden(setting: CameraSetting, truth: CameraTruth, name: str, rng: np.random.Generator) -> bool:
+    """Whether an effect hardly shows, or another of its kind changes the pictures alike, to first order."""
+    if _difference(setting, truth, CameraTruth()) < HIDDEN:
+        return True
+    plain = _clean(setting, CameraTruth())
+    change = (_clean(setting, truth) - plain).ravel()
+    for other in (each for group in _ALIKE if name in group for each in group if each != name):
+        families = [FAMILIES[other](rng, setting.geometry) for _ in range(DRAWS)]
+        alike = [(_clean(setting, CameraTruth({other: family(SLIGHT)})) - plain).ravel() for family in families]
+        left = change - np.stack(alike, 1) @ np.linalg.lstsq(np.stack(alike, 1), change, rcond=1e-6)[0]
+        if 255 * float(np.sqrt(np.mean(left**2))) < HIDDEN:
+            return True
+    return False
+
+
+def _clean(setting: CameraSetting, truth: CameraTruth) -> Array:
+    """A few pictures of a camera without noise, unrounded, nearly."""
+    sensor = replace(setting.sensor, sigma=0.0, bits=16)
+    return expose(setting.canvas[_LOOK], truth.values, setting.geometry, sensor, None) / 65535
+
+
 _DRAWN: dict[str, Callable[[int, str, np.random.Generator], Drawn]] = {
     "null": _null,
     "single": _single,
@@ -175,6 +221,7 @@ _DRAWN: dict[str, Callable[[int, str, np.random.Generator], Drawn]] = {
     "weak": _weak,
     "left_out": _left_out,
     "unpaired": _unpaired,
+    "confusable": _confusable,
 }
 
 # -- scenes and cameras ------------------------------------------------------------------------------------------------
@@ -227,26 +274,35 @@ def _unlike(sensor: Sensor, rng: np.random.Generator) -> Sensor:
 
 def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Generator) -> CameraSetting:
     fine = replace(geometry, scale=FINE)
-    worlds = [camera_scenes.world(rng) for _ in range(4 if form.paired else 1)]
-    names = ["table"] if form.content == "render" else list(camera_scenes.SCENES)
-    only = str(rng.choice(["table", "clutter"]))  # two sets of pictures are of one place
-    pictures, labels = [], []
-    for k in range(form.count):
-        name = only if not form.paired else str(rng.choice(names))
-        drawn = camera_scenes.draw(name, worlds[k % len(worlds)], fine.shape, fine.fx * FINE, rng)
-        pictures.append(drawn[0])
-        labels.append(fine.crop(drawn[1][None])[0, ::FINE, ::FINE])
-    canvas = np.stack(pictures)
+    canvas, labels = scenes(form, fine, rng)
     if form.grey:
         canvas = (canvas @ np.array([0.299, 0.587, 0.114]))[..., None]
     if sensor.linear:
         canvas = to_linear(canvas)
-    full = 2**sensor.bits - 1
+    empty = np.zeros((len(canvas), geometry.height, geometry.width), np.uint8)
+    setting = setting_of(canvas, form, CameraSetting(form, geometry, sensor, canvas, empty, empty))
+    return replace(setting, labels=np.stack([fine.crop(each[None])[0, ::FINE, ::FINE] for each in labels]))
+
+
+def scenes(form: Form, fine: Geometry, rng: np.random.Generator) -> tuple[Array, Array]:
+    """Scenes [N, h, w, 3] (coded, [0, 1]) and their labels [N, h, w] at the sampling of `fine`."""
+    worlds = [camera_scenes.world(rng) for _ in range(4 if form.paired else 1)]
+    names = ["table"] if form.content == "render" else list(camera_scenes.SCENES)
+    only = str(rng.choice(["table", "clutter"]))  # two sets of pictures are of one place
+    drawn = []
+    for k in range(form.count):
+        name = only if not form.paired else str(rng.choice(names))
+        drawn.append(camera_scenes.draw(name, worlds[k % len(worlds)], fine.shape, fine.fx * FINE, rng))
+    return np.stack([picture for picture, _ in drawn]), np.stack([labels for _, labels in drawn])
+
+
+def setting_of(canvas: Array, form: Form, like: CameraSetting) -> CameraSetting:
+    """The camera of another setting before scenes [N, h, w, C] of FINE samples a pixel."""
+    geometry, bits = like.geometry, like.sensor.bits
+    full = 2**bits - 1
     if geometry.scale == 1:  # the simulator's own picture, rendered wider
-        canvas = quantize(binned(canvas, FINE), sensor.bits) / full
-    return CameraSetting(
-        form, geometry, sensor, canvas, quantize(geometry.expose(canvas), sensor.bits), np.stack(labels)
-    )
+        canvas = quantize(binned(canvas, FINE), bits) / full
+    return replace(like, form=form, canvas=canvas, sim=quantize(geometry.expose(canvas), bits))
 
 
 # -- strengths ---------------------------------------------------------------------------------------------------------
@@ -413,7 +469,7 @@ def _gap(
     floor = math.sqrt(level[0])
     before = math.sqrt(squared(real, setting.sim))
     shrink = None
-    if answer.effects:
+    if answer.effects and answer.case != "confusable":  # there is no gap to shrink
         plain = replace(setting.geometry, scale=1)
         wide = np.pad(setting.sim / full, ((0, 0), (MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0)), mode="edge")
         predicted = photograph(wide, answer.effects, plain, setting.sensor, rng)  # as noisy as the real one
@@ -450,19 +506,20 @@ class _Files:
         for name, pictures in (("sim", sim), ("real", real)):
             (folder / name).mkdir()
             for k, picture in enumerate(pictures):
-                self._write_picture(folder / name / f"{k:04d}", picture, self.quality if name == "real" else None)
+                write_picture(folder / name / f"{k:04d}", picture, self.quality if name == "real" else None)
         if setting.form.content == "render":
             (folder / "labels").mkdir()
             for k, picture in enumerate(labels):
-                self._write_picture(folder / "labels" / f"{k:04d}", picture[..., None], None)
+                write_picture(folder / "labels" / f"{k:04d}", picture[..., None], None)
 
-    @staticmethod
-    def _write_picture(path: Path, picture: Array, quality: float | None) -> None:
-        if quality is not None:
-            path.with_suffix(".jpg").write_bytes(jpeg_bytes(picture, round(quality)))
-            return
-        coded = cv2.imencode(".png", picture[..., ::-1] if picture.shape[-1] == 3 else picture)[1]
-        path.with_suffix(".png").write_bytes(coded.tobytes())
+
+def write_picture(path: Path, picture: Array, quality: float | None) -> None:
+    """Write a picture [H, W, C] as PNG, or as JPEG of a quality; `path` has no suffix yet."""
+    if quality is not None:
+        path.with_suffix(".jpg").write_bytes(jpeg_bytes(picture, round(quality)))
+        return
+    coded = cv2.imencode(".png", picture[..., ::-1] if picture.shape[-1] == 3 else picture)[1]
+    path.with_suffix(".png").write_bytes(coded.tobytes())
 
 
 # Axes of a report's "where", one of which should lead, for one effect alone; those without have no place of their own

@@ -253,6 +253,16 @@ LIBRARY: dict[str, tuple[Family, dict[str, str]]] = {
     "corner_radius": (_rounded, {"value": "rounding"}),
     "support_tilt": (_tilt, {"roll": "roll", "pitch": "pitch"}),
 }
+# Where a report says that one of them shows: the axis, or the axis and the place; the others act everywhere.
+_TOUCHING = ("phase: at the first impact", "phase: bouncing")
+_WHERE = {
+    "lateral_friction": (*_TOUCHING, "phase: sliding"),
+    "restitution": _TOUCHING,
+    "rolling_friction": (*_TOUCHING, "phase: rolling or tumbling"),
+    "spinning_friction": ("spin",),
+    "contact_compliance": _TOUCHING,
+    "corner_radius": ("part: on a corner", "part: on an edge", *_TOUCHING, "phase: rolling or tumbling"),
+}
 COEFFICIENTS = ("lateral_friction", "restitution")
 NOTICEABLE = 0.03  # share of a nominal value from which a wrong one must be named
 
@@ -382,7 +392,7 @@ def _with_effects(
         fields = {field: getattr(setting.nominal, field) for field in LIBRARY[name][1].values()}
         if setting.severity(body, body._replace(**fields)) < MILD:
             raise Redraw
-    return body, Answer(case, effects=_effects(body, names))
+    return body, Answer(case, _effects(body, names), where=list(_WHERE.get(names[0], ())) if len(names) == 1 else [])
 
 
 def _of_severity(
@@ -487,8 +497,9 @@ def _rows(measured: np.ndarray, sample_time: float, first: int) -> list[str]:
 # What a report asks for
 
 
-def asked(table: np.ndarray) -> np.ndarray:
+def asked(report: Path, folder: Path, answer: dict[str, Any]) -> np.ndarray:
     """The states [N, 13] that the throws of a report's next_recording.csv are released in."""
+    table = np.genfromtxt(report / "next_recording.csv", delimiter=",", names=True)
     return np.stack([np.atleast_1d(table[name]) for name in COLUMNS], axis=1)
 
 

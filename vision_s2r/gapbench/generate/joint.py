@@ -463,8 +463,9 @@ def continued(folder: Path, out: Path, answer: dict[str, Any], commands: np.ndar
     (out / "joint.csv").write_text("\n".join([*lines, *_rows(commands, measured, last + 1)]) + "\n")
 
 
-def asked(table: np.ndarray) -> np.ndarray:
+def asked(report: Path, folder: Path, answer: dict[str, Any]) -> np.ndarray:
     """The commands [E, T] (A) of a report's next_recording.csv."""
+    table = np.genfromtxt(report / "next_recording.csv", delimiter=",", names=True)
     return np.stack([table["current"][table["episode"] == k] for k in np.unique(table["episode"])])
 
 

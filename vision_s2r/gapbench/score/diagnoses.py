@@ -1,9 +1,11 @@
 """Diagnose the recordings, each by a process that sees nothing but that recording.
 
-OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took, and its last words.
+OUT/reports/ID/ keeps what the diagnosis wrote and `run.json`: the exit code, the seconds it took (by the clock; of
+processors, where it is one at a time) and its last words.
 """
 
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -74,7 +76,7 @@ def _diagnosed(cfg: GapbenchConfig, home: Path, withhold: str | None) -> dict[st
     arguments = [f"recording={home / 'recording'}", f"out={home / 'report'}", f"jobs={threads}"]
     arguments += [f"withhold=[{withhold}]"] if withhold else []
     limits = {key: str(threads) for key in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
-    begin = time.perf_counter()
+    begin, spent = time.perf_counter(), _of_processors()
     try:
         done = subprocess.run(
             [*command, *arguments],
@@ -90,4 +92,13 @@ def _diagnosed(cfg: GapbenchConfig, home: Path, withhold: str | None) -> dict[st
         code, words = 124, f"stopped after {cfg.timeout:g} s"
     if code == 0 and not (home / "report" / "report.json").is_file():
         code, words = 1, "it wrote no report.json"
-    return {"exit": code, "seconds": time.perf_counter() - begin, "stderr": words[-_LAST_WORDS:]}
+    told = {"exit": code, "seconds": time.perf_counter() - begin, "stderr": words[-_LAST_WORDS:]}
+    if cfg.jobs == 1:  # else nobody knows whose they are
+        told["processor"] = _of_processors() - spent
+    return told
+
+
+def _of_processors() -> float:
+    """Seconds of all processors that finished diagnoses took."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime

@@ -1,7 +1,8 @@
 """Whether the recording that a diagnosis asks for settles what it left open, beside a random one of the same length.
 
 Each machine whose first diagnosis did not name the truth does, by its own generator, what the report's
-next_recording.csv asks, and in another trial what is drawn as recordings are; both behind what was recorded before,
+next_recording.csv asks, and in another trial what is drawn as recordings are (a camera photographs the report's print,
+or scenes); both behind what was recorded before,
 both diagnosed anew in a folder of their own. OUT/next/ID-WAY/ keeps recording and report, OUT/follow.json the counts.
 """
 
@@ -15,7 +16,7 @@ import numpy as np
 from vision_s2r.errors import UserError
 from vision_s2r.gapbench.config import GapbenchConfig
 from vision_s2r.gapbench.files import read_json
-from vision_s2r.gapbench.generate import contact, joint
+from vision_s2r.gapbench.generate import camera_next, contact, joint
 from vision_s2r.gapbench.score.diagnoses import diagnose_apart, finished, run
 from vision_s2r.gapbench.score.run import command, opened, scored
 from vision_s2r.parallel import run as in_pieces
@@ -24,7 +25,11 @@ from vision_s2r.results import publish
 from vision_s2r.statistics import wilson
 
 WAYS = {"asked": "the recording asked for", "random": "a random one of that length"}
-KINDS: dict[str, tuple[str, Any]] = {"joint": ("joints", joint), "contact": ("tosses", contact)}
+KINDS: dict[str, tuple[str, Any]] = {
+    "joint": ("joints", joint),
+    "contact": ("tosses", contact),
+    "camera": ("cameras", camera_next),
+}
 
 
 def follow_all(cfg: GapbenchConfig) -> Path:
@@ -69,8 +74,7 @@ def _followed(cfg: GapbenchConfig, out: Path, name: str, machines: Any, way: str
     if finished(folder / "report"):
         return
     rng = np.random.default_rng([cfg.seed, int(name, 16), list(WAYS).index(way)])
-    table = np.genfromtxt(out / "reports" / name / "next_recording.csv", delimiter=",", names=True)
-    played = machines.asked(table)
+    played = machines.asked(out / "reports" / name, before, answer)
     if way == "random":
         played = machines.at_random(before, answer, played, rng)
     shutil.rmtree(folder, ignore_errors=True)

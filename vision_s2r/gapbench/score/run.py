@@ -2,7 +2,7 @@
 
 import sys
 from collections import Counter
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,7 @@ def scored(folder: Path, name: str, kind: str, answer: dict[str, Any]) -> Score:
     report = read_json(folder / "report.json") if ran["exit"] == 0 else None
     if kind == "robot":
         return score_robot(name, answer, report, ran["seconds"])
-    return score(name, kind, answer, report, ran["seconds"])
+    return replace(score(name, kind, answer, report, ran["seconds"]), processor=ran.get("processor"))
 
 
 def _mistakes(scores: list[Score]) -> str:

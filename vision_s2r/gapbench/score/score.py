@@ -62,6 +62,7 @@ class Score:
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
     group: str = ""
+    processor: float | None = None  # seconds
     parts: list["Score"] = field(default_factory=list)  # of a robot
 
 
@@ -152,9 +153,10 @@ def _source_right(
     return any(claimed == {source_of(kind, name) for name in names} for names in (required, *equivalents))
 
 
-def _location_right(report: Mapping[str, Any], axes: list[str]) -> bool:
-    """The place that the report puts first lies on an axis on which the effect shows."""
-    return bool(report["where"]) and report["where"][0]["axis"] in axes
+def _location_right(report: Mapping[str, Any], places: list[str]) -> bool:
+    """The place that the report puts first is one of these, or lies on one of these axes."""
+    first = report["where"][0] if report["where"] else {"axis": ""}
+    return first["axis"] in places or f"{first['axis']}: {first.get('at')}" in places
 
 
 def _false_alarm(report: Any, case: str, false: set[str], verdict: str) -> bool | None:

@@ -51,6 +51,11 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
         *_unknowns(kind, scores),
         *_of_groups(scores),
         median_of("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
+        median_of(
+            "seconds of a processor a recording",
+            (s.processor for s in scores if s.processor is not None),
+            percent=False,
+        ),
         share_of("failed", (s.failed for s in scores)),
     ]
     return [row for row in rows if row is not None]
@@ -157,7 +162,8 @@ def published(rows: Sequence[Total]) -> dict[str, Any]:
 
     def cell(row: Total) -> dict[str, Any]:
         scale = 100 if row.percent else 1
-        value, low, high = (float(f"{scale * number:.3g}") for number in (row.value, row.low, row.high))
+        ends = (round(scale * number, 9) for number in (row.value, row.low, row.high))  # Wilson's 0 is 1e-17
+        value, low, high = (float(f"{number:.3g}") for number in ends)
         unit = {"unit": "%"} if row.percent else {}
         return {"value": value, "low": low, "high": high, **unit, "of": row.count}
 

@@ -39,6 +39,7 @@ CONTACT_FITS.register(
         plausible=lambda s: spring(s, PLAUSIBLE, 0.3),
         not_excited="no impact lasts long enough to show it",
         excited_by="harder impacts, sampled faster",
+        along=("phase",),
         confusable=frozenset({"restitution"}),
         rough=True,
     ),

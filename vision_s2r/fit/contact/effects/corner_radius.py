@@ -11,5 +11,6 @@ CONTACT_FITS.register(
         plausible=lambda s: {"value": 0.05 * s.shape.depth},
         not_excited="no corner or edge comes down",
         excited_by="throws with a spin, that land on corners and edges",
+        along=("part", "phase"),
     ),
 )

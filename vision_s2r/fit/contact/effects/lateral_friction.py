@@ -11,5 +11,6 @@ CONTACT_FITS.register(
         plausible=lambda s: {"value": 1.1 * s.nominal.lateral_friction + 0.02},
         not_excited="nothing slides",
         excited_by="pushes along the support",
+        along=("phase",),
     ),
 )

@@ -11,5 +11,6 @@ CONTACT_FITS.register(
         plausible=lambda s: {"value": s.nominal.restitution + (0.05 if s.nominal.restitution < 0.5 else -0.05)},
         not_excited="nothing hits the support fast enough",
         excited_by="drops from a hand's height",
+        along=("phase",),
     ),
 )

@@ -11,5 +11,6 @@ CONTACT_FITS.register(
         plausible=lambda s: {"value": 0.02 * s.shape.depth},
         not_excited="nothing rolls or rocks",
         excited_by="slow rolls and tumbles",
+        along=("phase",),
     ),
 )

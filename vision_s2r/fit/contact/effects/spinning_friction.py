@@ -11,5 +11,6 @@ CONTACT_FITS.register(
         plausible=lambda s: {"value": 0.05 * s.shape.depth},
         not_excited="nothing spins on the support",
         excited_by="spins on the spot",
+        along=("spin",),
     ),
 )
