@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+DATA = ("pairs", "train", "validation", "test")
+
 
 def _run(folder: Path, script: str = "run", *more: str) -> subprocess.CompletedProcess[str]:
-    data = [f"data.{part}.out={folder}/{part}" for part in ("pairs", "train", "validation", "test")]
+    data = [f"data.{part}.out={folder}/{part}" for part in DATA]
     command = [sys.executable, f"scripts/{script}.py", "experiment=debug", f"out={folder}/out", *data, *more]
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
 
@@ -49,15 +51,21 @@ def test_render_train_evaluate_in_one_command(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_camera_of_more_pixels_is_brought_to_what_networks_read(tmp_path):
-    done = _run(tmp_path, "run", "with_baseline=false", "data.test.source_scale=2", "data.test.margin=8")
+def test_networks_learn_from_and_are_measured_on_a_camera_of_more_pixels(tmp_path):
+    scales = [f"data.{part}.{key}" for part in DATA for key in ("source_scale=2", "margin=8")]
+    done = _run(tmp_path, "run", *scales)
     assert done.returncode == 0, done.stderr
     table = json.loads((tmp_path / "out" / "table.json").read_text())
     assert table["scenes"]["render"]["source_scale"] == 2
     rows = {record["row"] for record in table["cells"]}
-    assert rows == {"oracle", "no_translation", "rcan", "rcan_student"}
-    refused = _run(tmp_path, "translate", f"data.pairs.out={tmp_path}/test", f"out={tmp_path}/other")
-    assert refused.returncode == 2 and "render.source_scale=1" in refused.stderr
+    assert {"rcan_student", "domain_randomization", "domain_randomization_student"} <= rows
+    networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
+    refused = _run(tmp_path, "close_gap", "close_gap.withheld=1", *networks)
+    assert refused.returncode == 2 and "data.validation.source_scale=1" in refused.stderr
+    small = ("scenes=4", "size=32", "margin=4", "grasps=1", "workers=1", f"out={tmp_path}/small")
+    assert _run(tmp_path, "render", *(f"render.{key}" for key in small)).returncode == 0
+    refused = _run(tmp_path, "translate", f"data.validation.out={tmp_path}/small", f"out={tmp_path}/other")
+    assert refused.returncode == 2 and "differ in source_size, 64 and 32 px" in refused.stderr
 
 
 def folder_of(folder: Path, kind: str) -> Path:

@@ -24,6 +24,13 @@ def to_uint8(images: torch.Tensor) -> torch.Tensor:
 
 
 def reduced(images: torch.Tensor, size: int) -> torch.Tensor:
-    """Pictures uint8 [N, H, H, 3], H a multiple of `size`, as pictures of `size` px: means of squares of pixels."""
-    factor = images.shape[1] // size
-    return images if factor == 1 else to_uint8(F.avg_pool2d(to_float(images), factor))
+    """Pictures of H px a side, in either form, as pictures of `size` px, of which H is a multiple.
+
+    Means of squares of pixels: uint8 [N, H, H, 3] gives uint8, float [N, 3, H, H] float.
+    """
+    factor = images.shape[2] // size
+    if factor == 1:
+        return images
+    if images.dtype == torch.uint8:
+        return to_uint8(reduced(to_float(images), size))
+    return F.avg_pool2d(images, factor)

@@ -17,7 +17,7 @@ from torch.nn import functional as F
 from vision_s2r.adapt import losses
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.adapt.networks import generators, policies, q_functions, to_canonical
-from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.geometry import random_grasps
 from vision_s2r.grasp.metrics import measure
@@ -146,8 +146,8 @@ class Adaptation(Method):
 
     def _paired(self, batch: Batch, step: Step) -> Tensor:
         """The translator's own loss, on randomized pictures of the scenes through the training camera."""
-        count, size = batch["canonical"].shape[:2]
-        parameters = self._training_camera.sample(count, step.generator, size, size)
+        side = sources.side(batch["source"], self._margin)
+        parameters = self._training_camera.sample(len(batch["source"]), step.generator, side, side)
         source, target = self._pairs(batch, self._training_camera, parameters)
         loss = self._translate_cfg.loss
         return weighted(loss, supervised(loss, self.networks["to_canonical"](source), target))
@@ -226,9 +226,9 @@ class Adaptation(Method):
 
     def _held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> Tensor:
         """Real pictures of validation views through the validation camera, float [B, 3, H, W] in [0, 1]."""
-        images = to_float(views.batch("real", indices).to(self.device))
-        parameters = self._camera.sample(len(images), generator, views.size, views.size)
-        return self._camera(images, parameters, self._margin, views.batch("intrinsics", indices).to(self.device))
+        real, frame = (views.batch(name, indices).to(self.device) for name in ("real", "intrinsics"))
+        parameters = self._camera.sample(len(real), generator, views.source_size, views.source_size)
+        return sources.read(self._camera, real, parameters, views.margin, frame, views.size)
 
     def pictures(self, views: ViewSource, generator: torch.Generator) -> dict[str, Tensor]:
         indices = torch.arange(min(self._cfg.pictures, len(views)))

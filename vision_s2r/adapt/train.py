@@ -10,7 +10,7 @@ from vision_s2r.adapt.method import KIND, LABELS, Adaptation
 from vision_s2r.errors import UserError
 from vision_s2r.render.seen import Recorded
 from vision_s2r.training import Inputs, checkpoint, train
-from vision_s2r.training.data import one_size, require
+from vision_s2r.training.data import require, require_alike
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.pairs import needed
 from vision_s2r.translate.rcan import depth_range
@@ -46,7 +46,7 @@ def train_adapted(
     pairs = (*needed(translate), "randomized") if cfg.loss.paired > 0 else ()
     for part, source, names in (("training", views, (*TRAINING, *pairs)), ("validation", validation, VALIDATION)):
         require(part, source, names)
-        one_size(part, source)
+    require_alike(views, validation, sources=cfg.loss.paired > 0)
     method = partial(Adaptation, cfg, translate, recorded, inputs.cameras, validation.margin, depth_range(views))
     return _release(train(method, views, validation, cfg.training, out, seed).best, cfg)
 

@@ -10,6 +10,7 @@ import yaml
 
 from vision_s2r import files
 from vision_s2r.close_gap.config import SOURCES, CloseGapConfig
+from vision_s2r.errors import UserError
 from vision_s2r.gapbench.generate import camera_effects as studio
 from vision_s2r.gapbench.generate import contact as tossing
 from vision_s2r.gapbench.generate.base import Answer
@@ -72,8 +73,14 @@ class Withheld:
 def withhold(views: Views, scene: SceneConfig, cfg: CloseGapConfig, seed: int, out: Path) -> list[Withheld]:
     """`cfg.withheld` robots, each with pictures of real looks in `views`, logs of its drives, and tosses.
 
-    What is there already stays: a seed always draws the same robots.
+    What is there already stays: a seed always draws the same robots. Raises UserError for views whose source pictures
+    have more pixels than their canonical ones, which the diagnosis compares.
     """
+    if views.source_size != views.size:
+        raise UserError(
+            f"validation views have source pictures of {views.source_size} px and canonical ones of {views.size}: "
+            "expected one size to diagnose cameras on (data.validation.source_scale=1)"
+        )
     return [
         _robot(views, scene, cfg, np.random.default_rng([seed, k]), out / f"robot-{k}") for k in range(cfg.withheld)
     ]

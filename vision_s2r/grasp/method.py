@@ -8,7 +8,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
@@ -19,7 +19,7 @@ from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, Inputs, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
-from vision_s2r.training.data import one_size, require
+from vision_s2r.training.data import require, require_alike
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
@@ -45,7 +45,7 @@ class QLearning(Method):
         margin: int,
     ):
         """`size`: side of a picture; `margin`: by which source pictures are wider on each side; pixels."""
-        self._cfg, self._margin = cfg, margin
+        self._cfg, self._size, self._margin = cfg, size, margin
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         network = build(cfg)
         if cfg.start:
@@ -117,18 +117,17 @@ class QLearning(Method):
         return self.networks["q_function"](*(batch[k] for k in ("images", "intrinsics", "extrinsics", "grasps")))
 
     def _seen(self, source: Tensor, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
-        """Source pictures uint8 [B, H+2m, W+2m, 3] as a camera sees them: float [B, 3, H, W] in [0, 1].
+        """Source pictures uint8 [B, H+2m, W+2m, 3] through a camera, as Q reads them: float [B, 3, size, size].
 
         With the rectifier's loss also the `displacements` that it should find, seen by the cameras of `batch`.
         """
-        images = to_float(source)
-        height, width = (n - 2 * self._margin for n in images.shape[-2:])
-        parameters = camera.sample(len(images), generator, height, width)
-        seen = camera(images, parameters, self._margin, batch["intrinsics"])
+        side = sources.side(source, self._margin)
+        parameters = camera.sample(len(source), generator, side, side)
+        seen = sources.read(camera, source, parameters, self._margin, batch["intrinsics"], self._size)
         if not self._cfg.rectification:
             return seen, {}
-        truth = rectification.displacements(batch, parameters, height, POINTS)
-        return seen, {"displacements": truth.to(images.device)}
+        truth = rectification.displacements(batch, parameters, self._size, POINTS)
+        return seen, {"displacements": truth.to(seen.device)}
 
 
 def pictures(cfg: GraspConfig, source: str) -> list[str]:
@@ -168,23 +167,17 @@ def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path
     where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
-    views, validation = inputs.views, inputs.validation
+    views, validation, sees_sources = inputs.views, inputs.validation, False
     for part, source, names in (
         ("training", views, _read_in_training(cfg)),
         ("validation", validation, _read(cfg, cfg.validate_on)),
     ):
         require(part, source, (*names, *LABELS))
-        if any(picture in names for picture in SOURCES):
-            one_size(part, source)
+        sees_sources |= any(picture in names for picture in SOURCES)
         if cfg.front and source.size % 2**cfg.front.levels:
             raise UserError(
                 f"{part} views of {source.size} px: grasp.front expects a multiple of {2**cfg.front.levels}"
             )
-    for key in ("size", "margin"):
-        if getattr(views, key) != getattr(validation, key):
-            found = getattr(views, key), getattr(validation, key)
-            raise UserError(
-                f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
-            )
+    require_alike(views, validation, sees_sources)
     method = partial(QLearning, cfg, *inputs.cameras, views.size, views.margin)
     return train(method, views, validation, cfg.training, out, seed).best

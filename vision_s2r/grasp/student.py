@@ -15,7 +15,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.camera import Camera, CameraConfig
+from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment
 from vision_s2r.grasp.config import GraspConfig
@@ -39,7 +39,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import one_size, require
+from vision_s2r.training.data import require, require_alike
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -120,13 +120,13 @@ class Student(Method):
     @torch.no_grad()
     def _seen(self, source: Tensor, batch: Batch, camera: Camera, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """What the student is given of sources uint8 [B, H+2m, W+2m, 3], and where its own rectifier should look."""
-        images = to_float(source)
-        parameters = camera.sample(len(images), generator, self._size, self._size)
-        seen = camera(images, parameters, self._margin, batch["intrinsics"])
+        side = sources.side(source, self._margin)
+        parameters = camera.sample(len(source), generator, side, side)
+        seen = sources.read(camera, source, parameters, self._margin, batch["intrinsics"], self._size)
         truth = {}
         if self._policy.rectification:
             field = rectification.displacements(batch, parameters, self._size, POINTS)
-            truth["displacements"] = field.to(images.device)
+            truth["displacements"] = field.to(seen.device)
         if self._translator is None:
             return seen, truth
         with torch.autocast(seen.device.type, torch.bfloat16, self._cfg.training.precision == "bf16-mixed"):
@@ -195,7 +195,7 @@ def train_student(
         require(part, source, (*reads(policy), *names))
         if source.size != size:
             raise UserError(f"{part} views have {source.size} px: {start} looks at pictures of {size} px")
-        one_size(part, source)
+    require_alike(inputs.views, inputs.validation)
     policy, views = replace(policy, start=str(start)), inputs.views
     method = partial(Student, cfg, policy, (q_function, known), inputs.cameras, views.size, views.margin, translator)
     return train(method, views, inputs.validation, cfg.training, out, seed).best

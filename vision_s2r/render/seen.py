@@ -5,9 +5,8 @@ from collections.abc import Callable, Sequence
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import Camera
-from vision_s2r.geometry import enlarged
-from vision_s2r.images import to_float, to_uint8
+from vision_s2r.camera import Camera, sources
+from vision_s2r.images import reduced, to_uint8
 from vision_s2r.render.views import Views
 from vision_s2r.threads import one_thread
 
@@ -19,19 +18,21 @@ def through(views: Views, source: Tensor, camera: Camera, draw: Draw) -> Tensor:
 
     Each is a function of its scene and `draw` alone, pixel for pixel, whatever other scenes there are.
     """
-    size, margin = views.source_size, views.margin
-    intrinsics = enlarged(views.all("intrinsics"), size / views.size)
+    size, margin, intrinsics = views.source_size, views.margin, views.all("intrinsics")
     seen = []
     with one_thread():  # several lose more in handing over such small pictures than they gain
         # One by one: convolutions over a batch differ in the last bit with the size of the batch.
         for i, scene in enumerate(views.all("seed_and_index").tolist()):
             parameters = camera.sample(1, draw(scene), size, size)
-            seen.append(to_uint8(camera(to_float(source[i : i + 1]), parameters, margin, intrinsics[i : i + 1])))
+            one = slice(i, i + 1)
+            seen.append(to_uint8(sources.seen(camera, source[one], parameters, margin, intrinsics[one], views.size)))
     return torch.cat(seen)
 
 
 class Recorded:
     """Views of the real look as a robot's log has them: a picture `seen` of each scene, and no more than is logged.
+
+    The pictures are as networks read them: of as many pixels as canonical ones.
 
     A source of views for training (`vision_s2r.training.ViewSource`). Neither canonical pictures nor segmentation or
     depth are there; intrinsics, extrinsics (the nominal camera's), grasps and their success are.
@@ -43,16 +44,16 @@ class Recorded:
     def __init__(self, views: Views, seen: Tensor) -> None:
         """`seen`: uint8 [N, H, W, 3]."""
         self._views, self._seen = views, seen
-        self.size, self.source_size = views.size, views.source_size
+        self.size = self.source_size = views.size
 
     @classmethod
     def by(cls, views: Views, cameras: Sequence[Camera], draw: Draw) -> "Recorded":
         """Scene i recorded by camera i modulo their number: as many robots, each with a camera of its own."""
-        pictures = torch.empty(len(views), views.source_size, views.source_size, 3, dtype=torch.uint8)
+        pictures = torch.empty(len(views), views.size, views.size, 3, dtype=torch.uint8)
         for k, camera in enumerate(cameras):
             some = torch.arange(k, len(views), len(cameras))
             part = views.subset(some)
-            pictures[some] = through(part, part.all("real"), camera, draw)
+            pictures[some] = reduced(through(part, part.all("real"), camera, draw), views.size)
         return cls(views, pictures)
 
     def __len__(self) -> int:

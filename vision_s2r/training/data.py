@@ -47,13 +47,14 @@ def require(part: str, views: ViewSource, names: Iterable[str]) -> None:
             raise UserError(f"{part} views hold no '{name}': {nearest(name, views.names)}")
 
 
-def one_size(part: str, views: ViewSource) -> None:
-    """Raises UserError unless source pictures are as large as canonical ones."""
-    if views.source_size != views.size:
-        raise UserError(
-            f"{part} views have source pictures of {views.source_size} px and canonical ones of {views.size}: "
-            "expected one size to train on (render.source_scale=1)"
-        )
+def require_alike(views: ViewSource, validation: ViewSource, sources: bool = True) -> None:
+    """Raises UserError unless pictures to train and to validate on have the same sizes, `sources` those of both."""
+    for key in ("size", "source_size", "margin")[: 3 if sources else 1]:
+        found = getattr(views, key), getattr(validation, key)
+        if found[0] != found[1]:
+            raise UserError(
+                f"training and validation views differ in {key}, {found[0]} and {found[1]} px: expected one"
+            )
 
 
 def generator(*key: int) -> torch.Generator:

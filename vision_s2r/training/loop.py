@@ -371,7 +371,7 @@ class _Run:
 
 
 def _facts(views: ViewSource) -> dict[str, int]:
-    return {"scenes": len(views), "size": views.size, "margin": views.margin}
+    return {key: getattr(views, key) for key in ("size", "source_size", "margin")} | {"scenes": len(views)}
 
 
 def _compare(out: Path, before: dict[str, Any], now: dict[str, Any]) -> None:

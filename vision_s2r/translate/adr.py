@@ -44,7 +44,7 @@ class CameraAdr:
         self._steps = 0
 
     def sample(self, step: Step, batch: int, size: int) -> CameraParameters:
-        """Parameters for the pictures of a training step, `size` px high and wide."""
+        """Parameters for the pictures of a training step, which the camera sees `size` px high and wide."""
         self._steps = step.index + 1
         rng = np.random.default_rng(int(torch.randint(2**62, (1,), generator=step.shared)))
         given = _tensors(self.ranges.sample(batch, rng))
@@ -59,7 +59,7 @@ class CameraAdr:
 
         The effect of the boundary is on; the others are on as often as in training.
         """
-        count, size = self._cfg.probes, self.views.size
+        count, size = self._cfg.probes, self.views.source_size
         scenes = (step.index // self._cfg.every * count + torch.arange(count)) % len(self.views)
         draw = self.ranges.draw(count)
         at = [self.ranges.dimensions[number // 2].effect for number in draw.boundary]

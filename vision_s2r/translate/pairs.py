@@ -5,7 +5,7 @@ from itertools import permutations
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import Camera, CameraParameters
+from vision_s2r.camera import Camera, CameraParameters, sources
 from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
@@ -51,13 +51,12 @@ class Pairs:
         return batch | {"source": pictures[:, 0] if look == "randomized" else pictures}
 
     def __call__(self, batch: Batch, camera: Camera, parameters: CameraParameters) -> tuple[Tensor, Batch]:
-        """The sources as a camera sees them, float [B, 3, H, W] in [0, 1] without margin, and their targets."""
-        images = to_float(batch["source"])
-        target = self._target(batch)
+        """The sources through a camera, as networks read them, float [B, 3, H, W] in [0, 1], and their targets."""
+        size, target = batch["canonical"].shape[1], self._target(batch)
         if self._rectifies:
-            truth = rectification.displacements(batch, parameters, batch["canonical"].shape[1], POINTS)
-            target["displacements"] = truth.to(images.device)
-        return camera(images, parameters, self._margin, batch["intrinsics"]), target
+            truth = rectification.displacements(batch, parameters, size, POINTS)
+            target["displacements"] = truth.to(batch["source"].device)
+        return sources.read(camera, batch["source"], parameters, self._margin, batch["intrinsics"], size), target
 
     def _target(self, batch: Batch) -> Batch:
         near, far = self._depth_range

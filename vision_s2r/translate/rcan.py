@@ -8,7 +8,7 @@ from typing import Any
 import torch
 from torch import Tensor
 
-from vision_s2r.camera import Camera, CameraConfig, CameraParameters
+from vision_s2r.camera import Camera, CameraConfig, CameraParameters, sources
 from vision_s2r.errors import UserError
 from vision_s2r.networks import rectification
 from vision_s2r.networks.unet import UNet
@@ -26,7 +26,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import one_size, require
+from vision_s2r.training.data import require, require_alike
 from vision_s2r.translate import losses, perceptual, pictures
 from vision_s2r.translate.adr import CameraAdr
 from vision_s2r.translate.config import LossConfig, TranslateConfig, check
@@ -62,7 +62,7 @@ class Rcan(Method):
         """
         self._adr, self._frozen_q = adr, frozen_q
         self._vgg = Vgg() if cfg.loss.vgg > 0 else None
-        self._cfg, self._depth_range = cfg, depth_range(views)
+        self._cfg, self._depth_range, self._margin = cfg, depth_range(views), views.margin
         self._pairs = Pairs(cfg, views.margin, self._depth_range, labelled=frozen_q is not None)
         self._camera, self._validation_camera = (Camera.from_config(c) for c in (camera, validation_camera))
         heads = heads_for(cfg.loss)
@@ -143,10 +143,8 @@ class Rcan(Method):
 
     def held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, float [B, 3, H, W] in [0, 1], and their targets, on the device."""
-        camera = self._validation_camera
-        return self._pairs(
-            self._read(views, indices), camera, camera.sample(len(indices), generator, views.size, views.size)
-        )
+        camera, size = self._validation_camera, views.source_size
+        return self._pairs(self._read(views, indices), camera, camera.sample(len(indices), generator, size, size))
 
     def state(self) -> dict[str, Any]:
         return self._adr.state() if self._adr else {}
@@ -169,8 +167,8 @@ class Rcan(Method):
 
     def _drawn(self, batch: Batch, step: Step) -> CameraParameters:
         """What the camera does to the pictures of a training step."""
-        count, size = batch["canonical"].shape[:2]
-        whole, rows = step.rows(count)
+        size = sources.side(batch["source"], self._margin)
+        whole, rows = step.rows(len(batch["source"]))
         if self._adr:
             return self._adr.sample(step, whole, size).select(rows)
         return self._camera.sample(whole, step.shared, size, size).select(rows)
@@ -249,9 +247,7 @@ def check_views(cfg: TranslateConfig, views: ViewSource, validation: ViewSource,
         picture = "randomized" if part == "training" else cfg.validate_on
         labels = LABELS if labelled and part == "validation" else ()
         require(part, source, (picture, *needed(cfg, labelled), *labels))
-        one_size(part, source)
-    if views.margin != validation.margin:
-        raise UserError(f"views have margins of {views.margin} and {validation.margin} px: expected the same")
+    require_alike(views, validation)
 
 
 def depth_range(views: ViewSource) -> tuple[float, float]:
