@@ -60,7 +60,7 @@ def test_networks_learn_from_and_are_measured_on_a_camera_of_more_pixels(tmp_pat
     rows = {record["row"] for record in table["cells"]}
     assert {"rcan_student", "domain_randomization", "domain_randomization_student"} <= rows
     networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
-    refused = _run(tmp_path, "close_gap", "close_gap.withheld=1", *networks)
+    refused = _run(tmp_path, "close_gap", "close_gap.withheld=1", *scales, *networks)
     assert refused.returncode == 2 and "data.validation.source_scale=1" in refused.stderr
     small = ("scenes=4", "size=32", "margin=4", "grasps=1", "workers=1", f"out={tmp_path}/small")
     assert _run(tmp_path, "render", *(f"render.{key}" for key in small)).returncode == 0

@@ -34,7 +34,7 @@ CFG = TrainingConfig(
 class Numbers:
     """Views whose canonical is a linear function of the randomized."""
 
-    size, margin, names = 1, 0, frozenset({"randomized", "canonical"})
+    size, source_size, margin, names = 1, 1, 0, frozenset({"randomized", "canonical"})
 
     def __init__(self, scenes: int, seed: int):
         generator = torch.Generator().manual_seed(seed)
