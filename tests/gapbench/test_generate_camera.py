@@ -156,7 +156,7 @@ def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     assert len(answer.effects) == expected.get(case, 0)
     if case == "confusable":
         (visible,) = answer.notes["visible"].values()
-        assert visible < camera.SEVERE_NOISE and answer.shrink is None
+        assert visible < camera.SEVERE and answer.shrink is None
     assert bool(answer.unknown) == (case in ("unknown", "known_unknown"))
     assert bool(answer.withhold) == (case == "left_out")
     assert recording.pairing == ("unpaired" if case == "unpaired" else "paired")
