@@ -13,9 +13,9 @@ from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.simulator import settle
 
 
-def diagnosed(y: np.ndarray, beside: bool = False, **case: Any) -> dict[str, Any]:
+def diagnosed(y: np.ndarray, beside: bool = False, known: bool = False, **case: Any) -> dict[str, Any]:
     it = Curves(y, **case)
-    assessor = Assessor(it, SearchConfig(beside=beside), jobs=2, seed=0)
+    assessor = Assessor(it, SearchConfig(beside=beside, known=known), jobs=2, seed=0)
     return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
 
 
@@ -168,6 +168,14 @@ def test_an_effect_that_does_what_an_unknown_cannot_stands_beside_it() -> None:
     assert "step" not in names(diagnosed(y))
     found = diagnosed(y, beside=True)
     assert names(found) == {"step"} and found["verdict"] == "partly_explained"
+
+
+def test_an_effect_that_does_most_of_what_an_unknown_leaves_stands_though_its_form_is_too_coarse_for_the_rest() -> None:
+    unknown = 3 * np.cos(3 * np.pi * T)
+    assert names(diagnosed(recording(5, step=1.0, other=unknown + 0.06 * np.sin(40 * np.pi * T)), known=True)) == {
+        "step"
+    }
+    assert not names(diagnosed(recording(5, step=0.1, other=unknown + 0.2 * np.sin(40 * np.pi * T)), known=True))
 
 
 def test_where_a_proposed_set_leaves_nothing_no_rivals_of_its_size_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:

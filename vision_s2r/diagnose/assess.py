@@ -11,6 +11,7 @@ from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
 
+MOST = 0.5  # of a rest
 HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
 ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
 
@@ -137,6 +138,11 @@ class Assessor:
         """Whether a flexible unknown brings `more`, where something is there in any case."""
         gain = self.gain(more, less)
         return gain.nats > self.cfg.evidence and gain.relief > self.cfg.relief and gain.share > self.cfg.share
+
+    def most(self, more: Assessment, less: Assessment) -> bool:
+        """Whether most of what `less` leaves is gone, be it in few places: held-out ones, so that others showed it too."""
+        gain = self.gain(more, less)
+        return gain.nats > self.cfg.promising and gain.share > MOST
 
     def shows(self, more: Assessment, less: Assessment) -> bool:
         """Whether a flexible unknown shows where the floor is reached in the mean: in few places, but plainly."""

@@ -215,7 +215,8 @@ class Search:
         more = self._likeliest(found, [name for name in self._candidates if name not in found.names])
         added = more.names - found.names
         stands_in = any(self._case.suspicious(more.hypothesis, name) for name in added)
-        if stands_in or not (added and self._assessor.worth(more, found)):
+        worth = self._assessor.worth(more, found) or self._assessor.most(more, found)
+        if stands_in or not (added and worth):
             return None
         # Where an unknown leaves nothing, a little is gained by whatever its knots are too coarse for.
         enough = self._cfg.promising if self._assessor.adequate(found) else 0.0
@@ -254,7 +255,10 @@ class Search:
             if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
                 return bare
         added = found.names & self._effects - before
-        return found if self._assessor.adequate(found) else self._assessor.one(found.names - added, found.hypothesis)
+        if not added or self._assessor.adequate(found):
+            return found
+        without = self._assessor.one(found.names - added, found.hypothesis)
+        return found if self._little(found) and self._assessor.most(found, without) else without
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
@@ -266,10 +270,11 @@ class Search:
 
     def _slight(self, found: Assessment) -> bool:
         """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
-        return (
-            bool(found.names & self._case.rough)
-            and found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
-        )
+        return bool(found.names & self._case.rough) and self._little(found)
+
+    def _little(self, found: Assessment) -> bool:
+        """Whether what is left is little beside the gap."""
+        return found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
