@@ -48,15 +48,18 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None):
     return replace(recording, supply=supply)
 
 
-def run(target, effects, rate):
+def run(target, effects, rate, nominal=NOMINAL, external=None):
     """A recording of these targets [E, T]."""
     time = np.arange(target.shape[1]) / rate * np.ones((len(target), 1))
     first = np.stack([target[:, 0], np.zeros(len(target))], axis=1)
-    machine = pack(NominalJoint(**NOMINAL), effects)[None]
-    states = simulate(machine, target, first, 1 / rate, times=time, substeps=round(4000 / rate))[0]
+    machine = pack(NominalJoint(**nominal), effects)[None]
+    states = simulate(machine, target, first, 1 / rate, times=time, substeps=round(4000 / rate), external=external)[0]
     position = states[..., 0] + 2e-4 * np.random.default_rng(1).standard_normal(target.shape)
     lengths = np.full(len(target), target.shape[1])
-    return JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(len(target))), time)
+    numbers = tuple(range(len(target)))
+    return JointRecording(
+        nominal, 1 / rate, "rotary", target, position, None, lengths, numbers, time, external=external
+    )
 
 
 SLOW_MOTION = 0.5 * np.sin(np.array([[0.3], [0.4], [0.5]]) * np.arange(600) * 0.02)
@@ -249,6 +252,15 @@ def test_noise_is_what_the_end_of_a_search_leaves_where_samples_are_few():
     quieter = case.quieter(Hypothesis(truth))
     assert quieter is not None and quieter.noise[0] == pytest.approx(4e-8, rel=0.3)
     assert quieter.quieter(quieter.likely) is None
+
+
+def test_a_servos_gain_is_seen_behind_the_friction_that_was_refitted_in_its_place():
+    """Without a rotor's weight friction and gain say nearly the same, and a guess that is a little off says nothing."""
+    light = NOMINAL | {"inertia": 1e-4, "gravity_torque": 0.0}
+    lively, pushed = np.cumsum(np.random.default_rng(3).standard_normal((2, 4, 800)), axis=2) * [[[0.02]], [[0.0001]]]
+    case = open_case(run(lively, {"proportional_gain": {"value": 7.9}}, 100.0, light, pushed))
+    refitted = case.fit(case.refitted, range(case.segments), None)
+    assert case.screen(refitted, ["proportional_gain"])["proportional_gain"] > 5
 
 
 def test_what_is_believed_may_be_wrong_by_any_factor():

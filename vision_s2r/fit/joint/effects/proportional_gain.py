@@ -15,7 +15,7 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"value": row["proportional_gain"] * x} for x in (0.8, 1.25)]
+    return [{"value": row["proportional_gain"] * x} for x in (0.8, 1.0, 1.25)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting:
@@ -31,6 +31,8 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="too little motion, or torque at its limit",
         excited_by="a load that is known, held at rest",
-        confusable=frozenset({"inertia", "viscous_damping", "coulomb_friction", "gravity_torque"}),
+        confusable=frozenset(
+            {"inertia", "viscous_damping", "coulomb_friction", "gravity_torque", "load_dependent_friction"}
+        ),
     ),
 )

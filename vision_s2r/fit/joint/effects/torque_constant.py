@@ -15,7 +15,7 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"value": track.nominal.torque_constant * x} for x in (0.9, 1.1)]
+    return [{"value": track.nominal.torque_constant * x} for x in (0.9, 1.0, 1.1)]
 
 
 JOINT_FITS.register(
