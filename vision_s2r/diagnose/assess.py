@@ -140,7 +140,7 @@ class Assessor:
         return gain.nats > self.cfg.evidence and gain.relief > self.cfg.relief and gain.share > self.cfg.share
 
     def most(self, more: Assessment, less: Assessment) -> bool:
-        """Whether most of what `less` leaves is gone, be it in few places: held-out ones, so that others showed it too."""
+        """Whether most of what `less` leaves is gone, be it in few places: held out, so that others showed it too."""
         gain = self.gain(more, less)
         return gain.nats > self.cfg.promising and gain.share > MOST
 
