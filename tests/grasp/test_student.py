@@ -72,6 +72,8 @@ def test_domain_randomization_has_one_too(teacher: Path, tmp_path: Path) -> None
     steps = replace(CFG, training=replace(CFG.training, muon=4e-3))
     path = train_student(steps, INPUTS, start, teacher, tmp_path / "student", SEED)
     assert auc(path) > max(0.7, auc(start)), (auc(path), auc(start))
+    with pytest.raises(UserError, match=r"of randomized pictures: expected canonical"):  # what it is told to begin as
+        train_student(replace(CFG, start=str(start)), INPUTS, teacher, teacher, tmp_path / "other", SEED, negative)
 
 
 def test_what_does_not_fit_is_refused(teacher: Path, tmp_path: Path) -> None:

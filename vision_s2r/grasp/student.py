@@ -178,12 +178,13 @@ def train_student(
 ) -> Path:
     """Trains a student in the folder `out`, or goes on there, and returns the best checkpoint.
 
-    `start`: the policy that it begins as; `teacher`: the canonical policy. With a `translator` the student looks at
-    its pictures, without one at source pictures.
+    `start`: the policy that it begins as, unless `cfg.start` names another; `teacher`: the canonical policy. With a
+    `translator` the student looks at its pictures, without one at source pictures.
     Raises UserError where the configuration, the checkpoints or the views do not fit, and as
     `vision_s2r.training.train`.
     """
     check(cfg)
+    start = cfg.start or start
     _, policy, size = load_q(start)
     q_function, known, _ = load_q(teacher)
     if known.picture != "canonical" or known.with_source:

@@ -15,6 +15,10 @@ class StudentConfig:
     What it learns at each is the chance that the canonical policy gives it in the true canonical picture.
     """
 
+    start: str = option(
+        "",
+        "A released policy, or a checkpoint, that the student begins as. Empty: the one that was trained before it.",
+    )
     random: int = option(9, "Grasps anywhere in the bin.", low=0)
     near_best: int = option(8, "Grasps around the canonical policy's best of the candidates.", low=0)
     own: int = option(8, "Grasps around the student's own best of them, where its mistakes are.", low=0)
