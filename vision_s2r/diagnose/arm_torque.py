@@ -14,6 +14,7 @@ import numpy as np
 from vision_s2r.fit.arm.free_run import FreeRuns, bodies_of, of_whole
 from vision_s2r.fit.arm.problems import motions
 from vision_s2r.fit.case import Values
+from vision_s2r.joint import NominalJoint
 from vision_s2r.recording import JointRecording
 from vision_s2r.recording.plausible import EXPLAINED, REVERSALS
 from vision_s2r.statistics import interval
@@ -69,9 +70,7 @@ def _law(
         return command
     if mode == "velocity":
         return np.asarray(joint.nominal["torque_constant"] * (command - velocity))
-    limit = joint.nominal.get("command_limit", np.inf)
-    asked = joint.nominal["proportional_gain"] * (command - position) - joint.nominal["derivative_gain"] * velocity
-    return np.asarray(np.clip(asked, -limit, limit))
+    return NominalJoint(**joint.nominal).asked(command, position, velocity)
 
 
 def _told(side: _Side, joint: JointRecording, seed: int) -> dict[str, Any]:

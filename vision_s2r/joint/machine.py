@@ -37,6 +37,12 @@ class NominalJoint:
     derivative_gain: float = 0.0
     command_limit: float = math.inf
 
+    def asked(self, target: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """What a position servo's law asks of its motor, u, in these states; all of one shape."""
+        assert self.proportional_gain is not None
+        u = self.proportional_gain * (target - position) - self.derivative_gain * velocity
+        return np.clip(u, -self.command_limit, self.command_limit)
+
 
 _NOMINAL = tuple(field.name for field in fields(NominalJoint))
 DYNAMICS = tuple(name for name in _NOMINAL if name in JOINT_EFFECTS)  # the effects that replace a nominal value

@@ -252,8 +252,7 @@ def _parted(values: np.ndarray | None, samples: int, step: int) -> np.ndarray | 
 
 def _torque(nominal: NominalJoint, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:
     if nominal.proportional_gain is not None:
-        asked = nominal.proportional_gain * (command - observed[..., 0]) - nominal.derivative_gain * observed[..., 1]
-        command = np.clip(np.nan_to_num(asked), -nominal.command_limit, nominal.command_limit)
+        command = np.nan_to_num(nominal.asked(command, observed[..., 0], observed[..., 1]))
     return nominal.torque_constant * command * (1.0 if scale is None else scale)
 
 
