@@ -153,6 +153,10 @@ class Assessor:
         """Whether nothing beyond noise is left."""
         return assessment.rest <= self.cfg.adequate
 
+    def little(self, assessment: Assessment) -> bool:
+        """Whether what is left is little beside the gap."""
+        return assessment.rest <= self.cfg.tolerance * self.one(frozenset()).rest
+
     def _likelier(self, names: Names, start: Hypothesis) -> bool:
         if not names <= start.values.keys() | start.extra.keys():
             return False

@@ -258,7 +258,7 @@ class Search:
         if not added or self._assessor.adequate(found):
             return found
         without = self._assessor.one(found.names - added, found.hypothesis)
-        return found if self._little(found) and self._assessor.most(found, without) else without
+        return found if self._assessor.little(found) and self._assessor.most(found, without) else without
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
@@ -270,11 +270,7 @@ class Search:
 
     def _slight(self, found: Assessment) -> bool:
         """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
-        return bool(found.names & self._case.rough) and self._little(found)
-
-    def _little(self, found: Assessment) -> bool:
-        """Whether what is left is little beside the gap."""
-        return found.rest <= self._cfg.tolerance * self._assessor.one(frozenset()).rest
+        return bool(found.names & self._case.rough) and self._assessor.little(found)
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""

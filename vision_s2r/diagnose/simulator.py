@@ -144,11 +144,11 @@ def _without(assessor: Assessor, found: Found, name: str) -> Found:
 
 
 def _firm(assessor: Assessor, found: Found) -> Names:
-    """Effects that are sure beside something unknown: with them predictions are all noise, without one they are not.
+    """Effects that are sure beside something unknown: with them predictions leave little, without one they leave more.
 
     What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them.
     """
-    if not (found.unknown and assessor.adequate(found.final)):
+    if not (found.unknown and (assessor.adequate(found.final) or assessor.little(found.final))):
         return frozenset()
     return frozenset(name for name in found.effects if _needed(assessor, found, name))
 
