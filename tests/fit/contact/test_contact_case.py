@@ -19,6 +19,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
+from vision_s2r.fit.contact.stretches import outside, stretches_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
 from vision_s2r.gapbench.generate.body import COARSE, TossedBody, move
 from vision_s2r.recording import ContactRecording, write
@@ -206,6 +207,55 @@ def test_a_stand_in_asks_for_another_value_in_one_half_of_the_windows():
         found = case.fit(frozenset({"lateral_friction"}), range(12), None)
         contradicted.append(case.contradicted(found, "lateral_friction"))
     assert contradicted == [True, False]
+
+
+def slid(body, noise=(3e-4, 2e-3)):
+    """Twelve cubes that are pushed along their support in all directions, as the benchmark moves them."""
+    first = np.zeros((12, 13))
+    way = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    first[:, 2], first[:, 6] = 0.05, 1
+    first[:, 7], first[:, 8] = 1.2 * np.cos(way), 1.2 * np.sin(way)
+    first[::2, :2] = -0.4 * first[::2, 7:9]
+    truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in first])
+    return measured(truth, noise, 3)
+
+
+def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
+    tilt = {"roll": 0.003, "pitch": -0.003}
+    report = diagnose(slid(TossedBody(mass=0.37, friction=0.3, restitution=0.2, **tilt)), DiagnoseConfig())
+    assert report.verdict == "explained" and {each.name for each in report.effects} == {
+        "lateral_friction",
+        "support_tilt",
+    }
+    (found,) = (each.parameters for each in report.effects if each.name == "support_tilt")
+    for name, angle in tilt.items():
+        assert found[name].value == pytest.approx(angle, abs=6e-4)  # 2e-3 in windows of a tenth of a second
+        assert found[name].ci[0] < angle < found[name].ci[1]
+
+
+def test_a_wind_that_blows_over_a_part_of_the_support_is_no_tilt():
+    wind = {"wind": 0.3, "wind_angle": 0.0, "wind_place": 0.3, "wind_width": 0.3}
+    case = ContactCase(
+        slid(TossedBody(mass=0.37, friction=0.5, restitution=0.2, **wind)),
+        {effect.name: effect for effect in CONTACT_EFFECTS},
+    )
+    assert case.contradicted(case.fit(frozenset({"support_tilt"}), range(12), None), "support_tilt")
+    tilted, _ = tossed({"support_tilt": {"roll": 0.003, "pitch": 0.005}})
+    case = ContactCase(tilted, {effect.name: effect for effect in CONTACT_EFFECTS})
+    assert not case.contradicted(case.fit(frozenset({"support_tilt"}), range(10), None), "support_tilt")
+
+
+def test_whole_flights_and_slides_of_a_right_machine_leave_noise():
+    recording, _ = tossed({}, tosses=24)
+    track = make_track(recording)
+    stretches = stretches_of(track)
+    assert len(stretches.first) > 20 and stretches.count.max() > 0.3 / DT
+    predictor = plain(track, outside(windows_of(track), stretches), stretches)
+    space = ContactSpace(frozenset(), ContactScales(track.nominal, track.shape, track.sample_time), {})
+    white = predictor.whitened(space, np.empty(0))
+    rows = range(len(predictor.windows.first), len(predictor.episode))
+    residuals = white.residuals(space, np.empty((1, 0)), rows)[0, ..., 0][white.inside[rows]]
+    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(1, abs=0.1)
 
 
 def test_an_interval_is_open_where_the_motion_bears_any_larger_value():

@@ -16,6 +16,7 @@ from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
+from vision_s2r.fit.contact.stretches import outside, stretches_of
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
 from vision_s2r.fit.likelihood import log_density
 from vision_s2r.fit.selection import SCALE
@@ -55,7 +56,7 @@ class ContactCase:
         self.recording, self.library = recording, library
         self.segments = len(recording)
         self.track = make_track(recording)
-        self._windows = windows_of(self.track)
+        self._windows, self._stretches = windows_of(self.track), stretches_of(self.track)
         self._scales = ContactScales(self.track.nominal, self.track.shape, self.track.sample_time)
         self._terms = terms_of(self.track)
         self._lock = threading.Lock()
@@ -77,7 +78,7 @@ class ContactCase:
             best = fitter.fit(names_of(best) | {name}, episodes, best)
         self._fitter = fitter if best is first else self._fitter_of(best, overlap)
         best = self._fitter.fit(names_of(best), episodes, best)
-        self._gap = ContactGap(self._fitter, best)
+        self._gap = ContactGap(self._fitter, self._windows, best)
         gains = self._fitter.gains(NOMINAL, sorted(self.library))
         idle = [name for name, gain in gains.items() if gain < DETECTABLE]
         self.not_excited: Mapping[str, str] = {
@@ -85,7 +86,7 @@ class ContactCase:
         }
 
     def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
-        predictor = plain(self.track, self._windows)
+        predictor = plain(self.track, outside(self._windows, self._stretches), self._stretches)
         return ContactFitter.under(hypothesis, predictor, self._scales, self._terms, temper)
 
     def session(self) -> AbstractContextManager[None]:
@@ -107,15 +108,14 @@ class ContactCase:
         residuals = self._fitter.residuals(hypothesis, segments)
         scale = np.asarray(hypothesis.extra.get(SCALE, self._fitter.floor))
         density = log_density(residuals[..., None], np.maximum(scale, self._fitter.floor))[..., 0]
-        inside = np.repeat(self._windows.inside, 6, axis=1)
-        each = (density * inside).sum(axis=1) * float(self._fitter.temper[0])
-        return [each[self._windows.episode == segment] for segment in segments]
+        each = (density * self._fitter.predictor.inside).sum(axis=1) * float(self._fitter.temper[0])
+        return [each[self._fitter.predictor.episode == segment] for segment in segments]
 
     def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean squared residual [segments] in units of what is not known, single poses limited."""
         squares = np.minimum(self._fitter.residuals(hypothesis, segments) ** 2, WINSOR)
-        inside = np.repeat(self._windows.inside, 6, axis=1)
-        of = [(squares[rows], inside[rows]) for rows in (self._windows.episode == s for s in segments)]
+        inside, episode = self._fitter.predictor.inside, self._fitter.predictor.episode
+        of = [(squares[rows], inside[rows]) for rows in (episode == s for s in segments)]
         return np.array([float(square[within].mean()) if within.any() else 1.0 for square, within in of])
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
@@ -133,12 +133,12 @@ class ContactCase:
     # -- what to try
 
     def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
-        """What an effect does to each window, squared and in units of what is not known, along its own axes."""
+        """What an effect does to each row, squared and in units of what is not known, along its own axes."""
         along = CONTACT_FITS[name].along
         return self._gap.moved(self._change(hypothesis, name), along) if along else None
 
     def _change(self, hypothesis: Hypothesis, name: str) -> np.ndarray:
-        """Squares [W, 6·H] of what an effect of the hypothesis changes, in units of what is not known, limited."""
+        """Squares [R, 6·H] of what an effect of the hypothesis changes, in units of what is not known, limited."""
         without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
         one, other = (self._fitter.residuals(each, range(self.segments)) for each in (hypothesis, without))
         return np.minimum((one - other) ** 2, WINSOR)

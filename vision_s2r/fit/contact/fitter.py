@@ -48,10 +48,9 @@ class ContactFitter(Fitter[ContactSpace]):
         return cls(predictor.whitened(space, space.start(hypothesis)), scales, terms, GAUSSIAN, temper)
 
     def data(self, segments: Iterable[int]) -> Data:
-        """The windows of these episodes."""
-        windows = self.predictor.windows
-        index = np.flatnonzero(np.isin(windows.episode, list(segments)))
-        weight = np.repeat(windows.inside[index], 6, axis=1).astype(float)
+        """The rows of these episodes."""
+        index = np.flatnonzero(np.isin(self.predictor.episode, list(segments)))
+        weight = self.predictor.inside[index].astype(float)
         return Data(tuple(int(w) for w in index), weight, self.floor, self.temper)
 
     def space(self, names: Iterable[str]) -> ContactSpace:
@@ -63,11 +62,11 @@ class ContactFitter(Fitter[ContactSpace]):
         return names_of(hypothesis)
 
     def labels(self, data: Data) -> np.ndarray:
-        """The episode [W, 6·H] of each pose of each window, or -1."""
-        return np.where(data.weight > 0, self.predictor.windows.episode[list(data.episodes), None], -1)
+        """The episode [R, 6·H] of each residual of each row, or -1."""
+        return np.where(data.weight > 0, self.predictor.episode[list(data.episodes), None], -1)
 
-    def by_window(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
-        """The curvature [W, D, D] and slope [W, D] that `derived` gives of episodes, of windows."""
+    def by_row(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
+        """The curvature [R, D, D] and slope [R, D] that `derived` gives of episodes, of rows."""
         weight = self.data(range(self.count)).weight
         labels = np.where(weight > 0, np.arange(len(weight))[:, None], -1)
         return self._by_label(hypothesis, labels, len(weight))
@@ -78,10 +77,9 @@ class ContactFitter(Fitter[ContactSpace]):
         return {name: self.screen(hypothesis, name, data)[0] for name in names}
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
-        """Whitened residuals [W, 6·H] of all windows, 0 for those of other episodes."""
+        """Whitened residuals [R, 6·H] of all rows, 0 for those of other episodes."""
         space, data = self.space(names_of(hypothesis)), self.data(segments)
-        windows = self.predictor.windows
-        out = np.zeros((len(windows.first), 6 * len(windows.steps)))
+        out = np.zeros(self.predictor.inside.shape)
         point = space.start(hypothesis)[None]
         out[list(data.episodes)] = self.predictor.residuals(space, point, data.episodes)[0, ..., 0]
         return out
