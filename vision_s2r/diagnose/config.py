@@ -59,8 +59,8 @@ class SearchConfig:
     )
     plain: bool = option(
         False,
-        "Whether an effect that shows plainly where the floor is reached without it (so many nats, the interval above "
-        "zero) keeps its name however little of the gap it is.",
+        "Whether an effect that shows plainly (so many nats, the interval above zero; where the floor is not reached "
+        "without it, a fifth of what is left) keeps its name however little of the gap it is.",
     )
     beside: bool = option(
         False,

@@ -215,7 +215,7 @@ def _needed(assessor: Assessor, found: Found, name: str) -> bool:
     that is hardly tilted is, beside a wrong friction, and shows in long slides.
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    if assessor.cfg.plain and assessor.shows(found.final, without):
+    if assessor.cfg.plain and assessor.plain(found.final, without):
         return True
     return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
 

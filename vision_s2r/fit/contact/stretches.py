@@ -15,7 +15,7 @@ from vision_s2r.fit.contact.windows import LEAST, SPAN, ContactTrack, Windows, m
 
 ORDERS = 4  # of the polynomials, from a straight line on, that differences are seen as: a level is nobody's
 FLICKER = 5  # samples, in which a point's touch is that of most
-LONGEST = 0.5  # s: what goes on for longer is more than one
+LONGEST = 0.3  # s: what goes on for longer is more than one, so that time and place can be told apart
 
 
 @dataclass(frozen=True)
@@ -41,12 +41,14 @@ def stretches_of(track: ContactTrack) -> Stretches:
     most = max(least, round(LONGEST / track.sample_time))
     rows = []
     for e in range(len(track.lengths)):
-        for first, count in _calm(track, e, most):
+        for first, count in _calm(track, e):
             span = slice(first, first + count)
             moving = np.flatnonzero(moves(track, track.states.state[e, span]) & track.states.calm[e, span])
             count = min(count, int(moving.max(initial=-least)) + HALF)
-            if count >= least:
-                rows.append((e, first, count))
+            pieces = -(-count // most)
+            rows += [
+                (e, first + k * (count // pieces), count // pieces) for k in range(pieces if count >= least else 0)
+            ]
     return _stretches(track, rows)
 
 
@@ -80,7 +82,7 @@ def outside(windows: Windows, stretches: Stretches) -> Windows:
     return windows.some(np.flatnonzero(~within))
 
 
-def _calm(track: ContactTrack, e: int, most: int) -> list[tuple[int, int]]:
+def _calm(track: ContactTrack, e: int) -> list[tuple[int, int]]:
     """First sample and count of each stretch of an episode."""
     samples = int(track.lengths[e])
     touch = touching(track.shape, track.position[e, :samples], track.attitude[e, :samples], track.states.noise)
@@ -93,10 +95,9 @@ def _calm(track: ContactTrack, e: int, most: int) -> list[tuple[int, int]]:
         while end < samples and whole[end] == whole[k]:
             end += 1
         if whole[k] >= 0:
-            last = min(end + HALF, samples, k + most)  # the last of these has calm poses behind it, too
+            last = min(end + HALF, samples)  # the last of these has calm poses behind it, too
             last = min(last, k + int(np.argmin(np.append(changes[k:last] == whole[k], False))))
             out.append((k, last - k))
-            end = min(end, last)
         k = max(end, k + 1)
     return out
 

@@ -5,7 +5,10 @@ import math
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, ContactScales
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 
-STIFFNESSES, RATIOS = (0.45, 0.6, 0.75, 0.88), (0.1, 0.4)  # starts: between soft and hard, and of critical damping
+STIFFNESSES, RATIOS = (
+    (0.15, 0.3, 0.45, 0.6, 0.75, 0.88),
+    (0.1, 0.4),
+)  # starts: between soft and hard, and of critical damping
 PLAUSIBLE = 0.65
 
 
