@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class ContactCase:
                 break
             best = fitter.fit(names_of(best) | {name}, episodes, best)
         self._fitter = fitter if best is first else self._fitter_of(best, overlap)
-        best = self._fitter.fit(names_of(best), episodes, best)
+        self._best = best = self._fitter.fit(names_of(best), episodes, best)
         self._gap = ContactGap(self._fitter, self._windows, best)
         gains = self._fitter.gains(NOMINAL, sorted(self.library))
         idle = [name for name, gain in gains.items() if gain < DETECTABLE]
@@ -88,6 +89,12 @@ class ContactCase:
     def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
         predictor = plain(self.track, outside(self._windows, self._stretches), self._stretches)
         return ContactFitter.under(hypothesis, predictor, self._scales, self._terms, temper)
+
+    @cached_property
+    def _piecewise(self) -> ContactFitter:
+        """By short windows everywhere: what differs within a stretch shows between them."""
+        predictor, temper = plain(self.track, self._windows), float(self._fitter.temper[0])
+        return ContactFitter.under(self._best, predictor, self._scales, self._terms, temper)
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""
@@ -138,7 +145,7 @@ class ContactCase:
         return self._gap.moved(self._change(hypothesis, name), along) if along else None
 
     def _change(self, hypothesis: Hypothesis, name: str) -> np.ndarray:
-        """Squares [R, 6·H] of what an effect of the hypothesis changes, in units of what is not known, limited."""
+        """Squares [R, 6·ORDERS] of what an effect of the hypothesis changes, in units of what is not known, limited."""
         without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
         one, other = (self._fitter.residuals(each, range(self.segments)) for each in (hypothesis, without))
         return np.minimum((one - other) ** 2, WINSOR)
@@ -175,7 +182,7 @@ class ContactCase:
             return False
         if uncertainty.at_bound(self._fitter, hypothesis, name):
             return True
-        if steadiness.spread(self._fitter, hypothesis, name) > INCONSTANT:
+        if any(steadiness.spread(each, hypothesis, name) > INCONSTANT for each in (self._fitter, self._piecewise)):
             return True
         return self.contradicted(hypothesis, name)
 
@@ -183,8 +190,8 @@ class ContactCase:
         """Whether two halves of the windows ask for plainly different parameters."""
         if name in self.rough:
             return False
-        errors, relative = steadiness.contrast(self._fitter, hypothesis, name)
-        return errors > APART and relative > INCONSTANT
+        contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
+        return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""

@@ -16,6 +16,7 @@ from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed …
+HALVINGS = 4  # … of what is between two starts, to begin nearer to the likeliest
 THINNED = 3  # … chosen by one in so many windows
 
 
@@ -62,7 +63,7 @@ class ContactFitter(Fitter[ContactSpace]):
         return names_of(hypothesis)
 
     def labels(self, data: Data) -> np.ndarray:
-        """The episode [R, 6·H] of each residual of each row, or -1."""
+        """The episode [R, 6·ORDERS] of each residual of each row, or -1."""
         return np.where(data.weight > 0, self.predictor.episode[list(data.episodes), None], -1)
 
     def by_row(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
@@ -77,7 +78,7 @@ class ContactFitter(Fitter[ContactSpace]):
         return {name: self.screen(hypothesis, name, data)[0] for name in names}
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
-        """Whitened residuals [R, 6·H] of all rows, 0 for those of other episodes."""
+        """Whitened residuals [R, 6·ORDERS] of all rows, 0 for those of other episodes."""
         space, data = self.space(names_of(hypothesis)), self.data(segments)
         out = np.zeros(self.predictor.inside.shape)
         point = space.start(hypothesis)[None]
@@ -117,11 +118,23 @@ class ContactFitter(Fitter[ContactSpace]):
             if len(points) > FOLLOWED:
                 some = Data(data.episodes[::THINNED], data.weight[::THINNED], data.floor, data.temper)
                 order = np.argsort(costs(self.runs, space, some, points)[0], kind="stable")
-                points = points[order[:FOLLOWED]]
+                points = np.array([self._nearer(space, some, point, name) for point in points[order[:FOLLOWED]]])
             fits = [minimize_carrying(self.runs, space, data, point, 1) for point in points]
             best = min(fits, key=lambda fitted: fitted.cost)
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]
+
+    def _nearer(self, space: ContactSpace, data: Data, point: np.ndarray, name: str) -> np.ndarray:
+        """A start nearer to the optimum, along the ways in which the effect's likelihood is a narrow, bent valley."""
+        ways = np.zeros((0, space.size))
+        if valley := CONTACT_FITS[name].valley:
+            ways = np.zeros((len(valley(self.scales)), space.size))
+            ways[:, space.of(name)] = valley(self.scales)
+        for halving in range(1, HALVINGS + 1):
+            for way in ways / 2**halving:
+                around = np.clip([point, point - way, point + way], space.low, space.high)
+                point = around[int(np.argmin(costs(self.runs, space, data, around)[0]))]
+        return point
 
     def _starts(self, space: ContactSpace, hypothesis: Hypothesis, name: str) -> np.ndarray:
         if name in MEANINGS:

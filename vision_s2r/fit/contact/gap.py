@@ -52,7 +52,7 @@ class ContactGap:
         return Samples(error=error, floor=floor, segment=episode, axes=axes)
 
     def moved(self, squares: np.ndarray, along: Sequence[str]) -> Samples:
-        """What an effect changes of each row, its squares [R, 6·H], by these axes; there is no noise in it."""
+        """What an effect changes of each row, its squares [R, 6·ORDERS], by these axes; there is no noise in it."""
         change = squares.sum(axis=1)
         axes = tuple(axis for axis in self._phases_of_rows if axis.name in along)
         return Samples(error=change, floor=np.zeros(len(change)), segment=self._fitter.predictor.episode, axes=axes)

@@ -28,7 +28,7 @@ ANYTHING = 100.0  # times the standard deviations of its first state, that one o
 BLIND = 100.0  # of the noise's variance: what is known no better of a stretch does not count
 SIMILAR = 1.5  # between the longest and the shortest of stretches that are run together
 
-_Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [R, 6·H], and of which rows [R] they are
+_Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [R, 6·ORDERS], and of which rows [R] they are
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Predictor:
     windows: Windows
     stretches: Stretches
     whiten: np.ndarray  # [W, 6·H, 6·H] lower triangles, of residuals by horizon; beyond an episode's end 0
-    sieve: np.ndarray  # [S, 6·H, 6·ORDERS] of a stretch's polynomials, by order; 0 for what does not count
+    sieve: np.ndarray  # [S, 6·ORDERS, 6·ORDERS] of a stretch's polynomials, by order; 0 for what does not count
     # By machine, the last asked for last.
     _known: _Known = field(default_factory=OrderedDict, repr=False, compare=False)
 
@@ -62,8 +62,10 @@ class Predictor:
 
     @cached_property
     def inside(self) -> np.ndarray:
-        """Which residuals [R, 6·H] count."""
-        return np.concatenate([np.repeat(self.windows.inside, 6, axis=1), self.sieve.any(axis=2)])
+        """Which residuals [R, 6·ORDERS] count; a window has fewer."""
+        short = np.repeat(self.windows.inside, 6, axis=1)
+        beyond = np.zeros((len(short), 6 * ORDERS - short.shape[1]), dtype=bool)
+        return np.concatenate([np.concatenate([short, beyond], axis=1), self.sieve.any(axis=2)])
 
     @property
     def substeps(self) -> int:
@@ -71,14 +73,14 @@ class Predictor:
         return max(1, math.ceil(self.track.sample_time / STEP - 1e-9))
 
     def residuals(self, space: ContactSpace, points: np.ndarray, rows: Sequence[int]) -> np.ndarray:
-        """Whitened residuals [C, R, 6·H, 1] of points [C, D]; of a machine that is asked for again, as they were."""
+        """Whitened residuals [C, R, 6·ORDERS, 1] of points [C, D]; of a machine asked for again, as they were."""
         index, terms = np.asarray(rows), space.terms.array().tobytes()
         keys = [row.tobytes() + terms for row in space.machines(points)]
         found = [self._of(space, point, key, index) for point, key in zip(points, keys, strict=True)]
         return np.stack(found)[..., None]
 
     def _of(self, space: ContactSpace, point: np.ndarray, machine: bytes, index: np.ndarray) -> np.ndarray:
-        """Whitened residuals [R, 6·H] of one machine, run in those rows in which it has not been."""
+        """Whitened residuals [R, 6·ORDERS] of one machine, run in those rows in which it has not been."""
         count, size = self.inside.shape
         kept, done = self._known.pop(machine, (np.zeros((count, size)), np.zeros(count, dtype=bool)))
         missing = index[~done[index]]
@@ -86,8 +88,8 @@ class Predictor:
             kept, done = kept.copy(), done.copy()  # another thread may be reading
             windows = len(self.whiten)
             short, long = missing[missing < windows], missing[missing >= windows]
-            raw = self.differences(space, point[None], short)[0].reshape(len(short), size)
-            kept[short] = np.einsum("wij,wj->wi", self.whiten[short], raw)
+            raw = self.differences(space, point[None], short)[0].reshape(len(short), self.whiten.shape[1])
+            kept[short, : raw.shape[1]] = np.einsum("wij,wj->wi", self.whiten[short], raw)
             if len(long):
                 seen = self.seen(space, point, long - windows, self.stretches.first[long - windows])
                 kept[long] = np.einsum("sij,sj->si", self.sieve[long - windows], seen)
@@ -132,7 +134,7 @@ class Predictor:
         return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(index), -1))
 
     def slopes(self, space: ContactSpace, point: np.ndarray, rows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals [R, 6·H, 1] of a point [D], and their change with each coordinate [D, R, 6·H, 1]."""
+        """Residuals [R, 6·ORDERS, 1] of a point [D], and their change with each coordinate [D, R, 6·ORDERS, 1]."""
         points, steps = space.differences(point)
         residuals = self.residuals(space, points, rows)
         return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
@@ -165,8 +167,8 @@ class Predictor:
         return Predictor(self.track, self.windows, self.stretches, whiten, self._sieve(space, point))
 
     def _sieve(self, space: ContactSpace, point: np.ndarray) -> np.ndarray:
-        """What of the polynomials of stretches counts, in units of what is not known [S, 6·H, 6·ORDERS]."""
-        of, size = self.stretches, self.whiten.shape[1]
+        """What of the polynomials of stretches counts, in units of what is not known [S, 6·ORDERS, 6·ORDERS]."""
+        of = self.stretches
         index = np.arange(len(of.first))
         if not len(index):
             return self.sieve
@@ -188,8 +190,8 @@ class Predictor:
         slow = np.tile(bias, ORDERS) * of.count[:, None] / ORDERS  # what of a pose is off changes as the body turns
         covariance = spread @ spread.transpose(0, 2, 1) + np.eye(slow.shape[1]) * (1 + slow[:, None])
         variance, ways = np.linalg.eigh(covariance)
-        counts = variance[:, :size] < BLIND * (1 + slow.max(axis=1, keepdims=True))
-        return np.asarray((ways[:, :, :size] / np.sqrt(variance[:, None, :size]) * counts[:, None]).transpose(0, 2, 1))
+        counts = variance < BLIND * (1 + slow.max(axis=1, keepdims=True))
+        return np.asarray((ways / np.sqrt(variance[:, None]) * counts[:, None]).transpose(0, 2, 1))
 
     def covariance(self, space: ContactSpace, point: np.ndarray, index: np.ndarray) -> np.ndarray:
         """Of the differences [W, 6·H, 6·H] that a right machine leaves."""
@@ -237,4 +239,4 @@ def plain(track: ContactTrack, windows: Windows, stretches: Stretches | None = N
     inside = np.repeat(windows.inside, 6, axis=1)
     whiten = np.broadcast_to(np.diag(1 / sigma), (len(windows.first), size, size)) * inside[:, :, None]
     stretches = none_of(track) if stretches is None else stretches
-    return Predictor(track, windows, stretches, whiten, np.zeros((len(stretches.first), size, 6 * ORDERS)))
+    return Predictor(track, windows, stretches, whiten, np.zeros((len(stretches.first), 6 * ORDERS, 6 * ORDERS)))

@@ -13,9 +13,9 @@ from scipy.ndimage import median_filter
 from vision_s2r.fit.contact.states import HALF, touching
 from vision_s2r.fit.contact.windows import LEAST, SPAN, ContactTrack, Windows, moves
 
-ORDERS = 4  # of the polynomials, from a straight line on, that differences are seen as: a level is nobody's
+ORDERS = 6  # of the polynomials, from a straight line on, that differences are seen as: a level is nobody's
 FLICKER = 5  # samples, in which a point's touch is that of most
-LONGEST = 0.3  # s: what goes on for longer is more than one, so that time and place can be told apart
+LONGEST = 0.4  # s: what goes on for longer is more than one, so that time and place can be told apart
 
 
 @dataclass(frozen=True)

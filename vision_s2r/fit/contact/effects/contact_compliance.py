@@ -39,6 +39,11 @@ CONTACT_FITS.register(
     ContactFit(
         ranges=ranges,
         starts=lambda s: [spring(s, place, ratio) for place in STIFFNESSES for ratio in RATIOS],
+        # A rebound tells the share of the critical damping surely, the stiffness less so.
+        valley=lambda s: [
+            (0.0, math.log(4)),
+            (0.15 * math.log(hard(s) / soft(s)), 0.075 * math.log(hard(s) / soft(s))),
+        ],
         plausible=lambda s: spring(s, PLAUSIBLE, 0.3),
         not_excited="no impact lasts long enough to show it",
         excited_by="harder impacts, sampled faster",
