@@ -258,6 +258,14 @@ def test_whole_flights_and_slides_of_a_right_machine_leave_noise():
     assert np.sqrt(np.mean(residuals**2)) == pytest.approx(1, abs=0.1)
 
 
+def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
+    spring = {"stiffness": 600.0, "damping": 2.0}
+    recording, _ = tossed({"contact_compliance": spring}, 12, 60, noise=(1e-4, 1e-3))
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset({"contact_compliance"}), range(12), None)
+    assert found.values["contact_compliance"] == pytest.approx(spring, rel=0.05)
+
+
 def test_an_interval_is_open_where_the_motion_bears_any_larger_value():
     """A ball that slides without rolling: any rolling friction over μ·r does the same."""
     ball = sphere(0.05)
