@@ -266,6 +266,15 @@ def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
     assert found.values["contact_compliance"] == pytest.approx(spring, rel=0.05)
 
 
+def test_a_fit_that_leaves_much_is_tried_from_farther_away():
+    truth = {"corner_radius": {"value": 0.012}, "restitution": {"value": 0.05}}
+    recording, _ = tossed(truth, 12, 70)
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset(truth), range(12), None).values
+    assert found["corner_radius"]["value"] == pytest.approx(0.012, rel=0.02)
+    assert found["restitution"]["value"] == pytest.approx(0.05, abs=5e-3)  # 0.041 where a fit ends where it stops
+
+
 def test_an_interval_is_open_where_the_motion_bears_any_larger_value():
     """A ball that slides without rolling: any rolling friction over μ·r does the same."""
     ball = sphere(0.05)

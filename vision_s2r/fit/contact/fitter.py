@@ -16,6 +16,8 @@ from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed …
+LEFT = 1.5  # times the scale² of what is not known: where a fit leaves more, it may have stopped short …
+HOPS = (0.5, 0.25, 0.12)  # … and is tried once more from so far away, relative
 HALVINGS = 4  # … of what is between two starts, to begin nearer to the likeliest
 THINNED = 3  # … chosen by one in so many windows
 
@@ -104,7 +106,25 @@ class ContactFitter(Fitter[ContactSpace]):
             _, scales = costs(self.runs, space, data, point[None])
             return space.hypothesis(point, {SCALE: scales[0]})
         fitted = minimize_carrying(self.runs, space, data, point, iterations or self.iterations)
+        if fitted.scale[0] > LEFT * self.floor[0]:
+            hopped = self._hopped(space, data, fitted)
+            if not np.array_equal(hopped, fitted.point):
+                again = minimize_carrying(self.runs, space, data, hopped, iterations or self.iterations)
+                fitted = min(fitted, again, key=lambda each: each.cost)
         return space.hypothesis(fitted.point, {SCALE: fitted.scale})
+
+    def _hopped(self, space: ContactSpace, data: Data, fitted: Fitted) -> np.ndarray:
+        """A likelier point a large step of one parameter away, or two: which corner hits first makes many optima."""
+        point, cost = fitted.point, float(costs(self.runs, space, data, fitted.point[None])[0][0])
+        for hop in HOPS:
+            for k, c in enumerate(space.coordinates):
+                aside = np.zeros(space.size)
+                aside[k] = hop * (1.0 if c.log else abs(point[k]))
+                around = np.clip([point - aside, point + aside], space.low, space.high)
+                tried = costs(self.runs, space, data, around)[0]
+                if tried.min() < cost:
+                    point, cost = around[int(np.argmin(tried))], float(tried.min())
+        return point
 
     def screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
         """One more name, a few iterations from its best starts: what it gains so far, nats, and where it stands."""
