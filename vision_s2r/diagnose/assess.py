@@ -13,6 +13,7 @@ from vision_s2r.statistics import lower_bound
 
 MOST = 0.5  # of a rest
 HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
+SEEN = 0.2  # of what there is over the floor
 ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
 
 
@@ -148,6 +149,12 @@ class Assessor:
         """Whether a flexible unknown shows where the floor is reached in the mean: in few places, but plainly."""
         gain = self.gain(more, less)
         return self.adequate(less) and gain.nats > self.cfg.promising and gain.low > 0
+
+    def plain(self, more: Assessment, less: Assessment) -> bool:
+        """Whether an effect shows plainly: surely, and as much of what there is over the floor without it, if any."""
+        gain = self.gain(more, less)
+        sure = gain.nats > self.cfg.promising and gain.low > 0
+        return sure and (self.adequate(less) or gain.share > SEEN)
 
     def adequate(self, assessment: Assessment) -> bool:
         """Whether nothing beyond noise is left."""

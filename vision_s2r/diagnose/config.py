@@ -57,6 +57,11 @@ class SearchConfig:
         False,
         "Whether effects are looked for beside something unknown, too; they keep their names where nothing is left.",
     )
+    plain: bool = option(
+        False,
+        "Whether an effect that shows plainly (so many nats, the interval above zero; where the floor is not reached "
+        "without it, a fifth of what is left) keeps its name however little of the gap it is.",
+    )
     beside: bool = option(
         False,
         "Whether effects that do what an unknown cannot keep their names beside it: where it is fitted to what they "
@@ -96,7 +101,7 @@ class DiagnoseConfig:
         "The search for what a camera has.",
     )
     contact: SearchConfig = option(
-        SearchConfig(beam=2, breadth=5, contenders=3, most=4, unknowns=True),
+        SearchConfig(beam=2, breadth=5, contenders=3, most=4, unknowns=True, plain=True),
         "The search for what a body on its support has.",
     )
 

@@ -211,9 +211,12 @@ def _stated(
 def _needed(assessor: Assessor, found: Found, name: str) -> bool:
     """Whether without this name more than noise is left, and most of that is its own.
 
-    Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it.
+    Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it; a support
+    that is hardly tilted is, beside a wrong friction, and shows in long slides.
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    if assessor.cfg.plain and assessor.plain(found.final, without):
+        return True
     return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
 
 

@@ -19,6 +19,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
+from vision_s2r.fit.contact.stretches import outside, stretches_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
 from vision_s2r.gapbench.generate.body import COARSE, TossedBody, move
 from vision_s2r.recording import ContactRecording, write
@@ -103,7 +104,7 @@ def test_whitened_residuals_of_a_right_machine_are_of_unit_size():
     point = np.empty((1, 0))
     bare = predictor.residuals(space, point, index)
     white = predictor.whitened(space, point[0]).residuals(space, point, index)
-    inside = np.repeat(predictor.windows.inside, 6, axis=1)
+    inside = predictor.inside
     assert np.sqrt(np.mean(bare[0, ..., 0][inside] ** 2)) > 2
     assert np.sqrt(np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16))) == pytest.approx(1, abs=0.1)
 
@@ -146,7 +147,7 @@ def test_which_corner_of_a_face_hits_first_is_not_known_and_counts_as_that():
     white = predictor.whitened(space, np.empty(0)).residuals(
         space, np.empty((1, 0)), range(len(predictor.windows.first))
     )
-    inside = np.repeat(predictor.windows.inside, 6, axis=1)
+    inside = predictor.inside
     assert np.mean(np.minimum(white[0, ..., 0][inside] ** 2, 16)) < 1.5  # 1.9 where axes are moved one at a time
 
 
@@ -180,7 +181,7 @@ def test_poses_that_are_off_at_rest_are_no_noise_and_still_show_friction_and_res
 def test_air_drag_that_few_poses_show_is_neither_no_gap_nor_rolling_friction():
     """In the mean nothing is left over the noise; in flight something is, which no effect explains."""
     first = toss(12, 3)
-    body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, drag=0.32)
+    body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, drag=0.25)
     truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in first])
     recording = measured(truth, (3e-4, 2e-3), 3)
     case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
@@ -206,6 +207,72 @@ def test_a_stand_in_asks_for_another_value_in_one_half_of_the_windows():
         found = case.fit(frozenset({"lateral_friction"}), range(12), None)
         contradicted.append(case.contradicted(found, "lateral_friction"))
     assert contradicted == [True, False]
+
+
+def slid(body, noise=(3e-4, 2e-3)):
+    """Twelve cubes that are pushed along their support in all directions, as the benchmark moves them."""
+    first = np.zeros((12, 13))
+    way = np.linspace(0, 2 * np.pi, 12, endpoint=False)
+    first[:, 2], first[:, 6] = 0.05, 1
+    first[:, 7], first[:, 8] = 1.2 * np.cos(way), 1.2 * np.sin(way)
+    first[::2, :2] = -0.4 * first[::2, 7:9]
+    truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in first])
+    return measured(truth, noise, 3)
+
+
+def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
+    tilt = {"roll": 0.003, "pitch": -0.003}
+    report = diagnose(slid(TossedBody(mass=0.37, friction=0.3, restitution=0.2, **tilt)), DiagnoseConfig())
+    assert report.verdict == "explained" and {each.name for each in report.effects} == {
+        "lateral_friction",
+        "support_tilt",
+    }
+    (found,) = (each.parameters for each in report.effects if each.name == "support_tilt")
+    for name, angle in tilt.items():
+        assert found[name].value == pytest.approx(angle, abs=6e-4)  # 2e-3 in windows of a tenth of a second
+        assert found[name].ci[0] < angle < found[name].ci[1]
+
+
+def test_a_wind_that_blows_over_a_part_of_the_support_is_no_tilt():
+    wind = {"wind": 0.3, "wind_angle": 0.0, "wind_place": 0.3, "wind_width": 0.3}
+    case = ContactCase(
+        slid(TossedBody(mass=0.37, friction=0.5, restitution=0.2, **wind)),
+        {effect.name: effect for effect in CONTACT_EFFECTS},
+    )
+    assert case.contradicted(case.fit(frozenset({"support_tilt"}), range(12), None), "support_tilt")
+    tilted, _ = tossed({"support_tilt": {"roll": 0.003, "pitch": 0.005}})
+    case = ContactCase(tilted, {effect.name: effect for effect in CONTACT_EFFECTS})
+    assert not case.contradicted(case.fit(frozenset({"support_tilt"}), range(10), None), "support_tilt")
+
+
+def test_whole_flights_and_slides_of_a_right_machine_leave_noise():
+    recording, _ = tossed({}, tosses=24)
+    track = make_track(recording)
+    stretches = stretches_of(track)
+    assert len(stretches.first) > 20 and stretches.count.max() > 0.3 / DT
+    predictor = plain(track, outside(windows_of(track), stretches), stretches)
+    space = ContactSpace(frozenset(), ContactScales(track.nominal, track.shape, track.sample_time), {})
+    white = predictor.whitened(space, np.empty(0))
+    rows = range(len(predictor.windows.first), len(predictor.episode))
+    residuals = white.residuals(space, np.empty((1, 0)), rows)[0, ..., 0][white.inside[rows]]
+    assert np.sqrt(np.mean(residuals**2)) == pytest.approx(1, abs=0.1)
+
+
+def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
+    spring = {"stiffness": 600.0, "damping": 2.0}
+    recording, _ = tossed({"contact_compliance": spring}, 12, 60, noise=(1e-4, 1e-3))
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset({"contact_compliance"}), range(12), None)
+    assert found.values["contact_compliance"] == pytest.approx(spring, rel=0.05)
+
+
+def test_a_fit_that_leaves_much_is_tried_from_farther_away():
+    truth = {"corner_radius": {"value": 0.012}, "restitution": {"value": 0.05}}
+    recording, _ = tossed(truth, 12, 70)
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    found = case.fit(frozenset(truth), range(12), None).values
+    assert found["corner_radius"]["value"] == pytest.approx(0.012, rel=0.02)
+    assert found["restitution"]["value"] == pytest.approx(0.05, abs=5e-3)  # 0.041 where a fit ends where it stops
 
 
 def test_an_interval_is_open_where_the_motion_bears_any_larger_value():

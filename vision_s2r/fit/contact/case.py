@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
+from vision_s2r.fit.contact.stretches import outside, stretches_of
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
 from vision_s2r.fit.likelihood import log_density
 from vision_s2r.fit.selection import SCALE
@@ -55,7 +57,7 @@ class ContactCase:
         self.recording, self.library = recording, library
         self.segments = len(recording)
         self.track = make_track(recording)
-        self._windows = windows_of(self.track)
+        self._windows, self._stretches = windows_of(self.track), stretches_of(self.track)
         self._scales = ContactScales(self.track.nominal, self.track.shape, self.track.sample_time)
         self._terms = terms_of(self.track)
         self._lock = threading.Lock()
@@ -76,8 +78,8 @@ class ContactCase:
                 break
             best = fitter.fit(names_of(best) | {name}, episodes, best)
         self._fitter = fitter if best is first else self._fitter_of(best, overlap)
-        best = self._fitter.fit(names_of(best), episodes, best)
-        self._gap = ContactGap(self._fitter, best)
+        self._best = best = self._fitter.fit(names_of(best), episodes, best)
+        self._gap = ContactGap(self._fitter, self._windows, best)
         gains = self._fitter.gains(NOMINAL, sorted(self.library))
         idle = [name for name, gain in gains.items() if gain < DETECTABLE]
         self.not_excited: Mapping[str, str] = {
@@ -85,8 +87,14 @@ class ContactCase:
         }
 
     def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
-        predictor = plain(self.track, self._windows)
+        predictor = plain(self.track, outside(self._windows, self._stretches), self._stretches)
         return ContactFitter.under(hypothesis, predictor, self._scales, self._terms, temper)
+
+    @cached_property
+    def _piecewise(self) -> ContactFitter:
+        """By short windows everywhere: what differs within a stretch shows between them."""
+        predictor, temper = plain(self.track, self._windows), float(self._fitter.temper[0])
+        return ContactFitter.under(self._best, predictor, self._scales, self._terms, temper)
 
     def session(self) -> AbstractContextManager[None]:
         """Nothing is held."""
@@ -107,15 +115,14 @@ class ContactCase:
         residuals = self._fitter.residuals(hypothesis, segments)
         scale = np.asarray(hypothesis.extra.get(SCALE, self._fitter.floor))
         density = log_density(residuals[..., None], np.maximum(scale, self._fitter.floor))[..., 0]
-        inside = np.repeat(self._windows.inside, 6, axis=1)
-        each = (density * inside).sum(axis=1) * float(self._fitter.temper[0])
-        return [each[self._windows.episode == segment] for segment in segments]
+        each = (density * self._fitter.predictor.inside).sum(axis=1) * float(self._fitter.temper[0])
+        return [each[self._fitter.predictor.episode == segment] for segment in segments]
 
     def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean squared residual [segments] in units of what is not known, single poses limited."""
         squares = np.minimum(self._fitter.residuals(hypothesis, segments) ** 2, WINSOR)
-        inside = np.repeat(self._windows.inside, 6, axis=1)
-        of = [(squares[rows], inside[rows]) for rows in (self._windows.episode == s for s in segments)]
+        inside, episode = self._fitter.predictor.inside, self._fitter.predictor.episode
+        of = [(squares[rows], inside[rows]) for rows in (episode == s for s in segments)]
         return np.array([float(square[within].mean()) if within.any() else 1.0 for square, within in of])
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
@@ -133,12 +140,12 @@ class ContactCase:
     # -- what to try
 
     def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
-        """What an effect does to each window, squared and in units of what is not known, along its own axes."""
+        """What an effect does to each row, squared and in units of what is not known, along its own axes."""
         along = CONTACT_FITS[name].along
         return self._gap.moved(self._change(hypothesis, name), along) if along else None
 
     def _change(self, hypothesis: Hypothesis, name: str) -> np.ndarray:
-        """Squares [W, 6·H] of what an effect of the hypothesis changes, in units of what is not known, limited."""
+        """Squares [R, 6·ORDERS] of what an effect of the hypothesis changes, in units of what is not known, limited."""
         without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
         one, other = (self._fitter.residuals(each, range(self.segments)) for each in (hypothesis, without))
         return np.minimum((one - other) ** 2, WINSOR)
@@ -175,7 +182,7 @@ class ContactCase:
             return False
         if uncertainty.at_bound(self._fitter, hypothesis, name):
             return True
-        if steadiness.spread(self._fitter, hypothesis, name) > INCONSTANT:
+        if any(steadiness.spread(each, hypothesis, name) > INCONSTANT for each in (self._fitter, self._piecewise)):
             return True
         return self.contradicted(hypothesis, name)
 
@@ -183,8 +190,8 @@ class ContactCase:
         """Whether two halves of the windows ask for plainly different parameters."""
         if name in self.rough:
             return False
-        errors, relative = steadiness.contrast(self._fitter, hypothesis, name)
-        return errors > APART and relative > INCONSTANT
+        contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
+        return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""

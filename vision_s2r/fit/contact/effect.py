@@ -28,6 +28,8 @@ class ContactFit:
     excited_by: str  # the motion that shows it
     confusable: frozenset[str] = frozenset()  # effects that may pass for this one; one side of a pair is enough
     along: tuple[str, ...] = ()  # axes of `phases` on which it has a place
+    # Ways [N, K] from one start to the next, where a fit has to begin nearer to the optimum than these are.
+    valley: Callable[[ContactScales], list[tuple[float, ...]]] | None = None
     rough: bool = False  # its form is only roughly the same on any two bodies
 
 

@@ -16,6 +16,9 @@ from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
 FOLLOWED = 1  # starts of an effect that are followed …
+LEFT = 1.5  # times the scale² of what is not known: where a fit leaves more, it may have stopped short …
+HOPS = (0.5, 0.25, 0.12)  # … and is tried once more from so far away, relative
+HALVINGS = 4  # … of what is between two starts, to begin nearer to the likeliest
 THINNED = 3  # … chosen by one in so many windows
 
 
@@ -48,10 +51,9 @@ class ContactFitter(Fitter[ContactSpace]):
         return cls(predictor.whitened(space, space.start(hypothesis)), scales, terms, GAUSSIAN, temper)
 
     def data(self, segments: Iterable[int]) -> Data:
-        """The windows of these episodes."""
-        windows = self.predictor.windows
-        index = np.flatnonzero(np.isin(windows.episode, list(segments)))
-        weight = np.repeat(windows.inside[index], 6, axis=1).astype(float)
+        """The rows of these episodes."""
+        index = np.flatnonzero(np.isin(self.predictor.episode, list(segments)))
+        weight = self.predictor.inside[index].astype(float)
         return Data(tuple(int(w) for w in index), weight, self.floor, self.temper)
 
     def space(self, names: Iterable[str]) -> ContactSpace:
@@ -63,11 +65,11 @@ class ContactFitter(Fitter[ContactSpace]):
         return names_of(hypothesis)
 
     def labels(self, data: Data) -> np.ndarray:
-        """The episode [W, 6·H] of each pose of each window, or -1."""
-        return np.where(data.weight > 0, self.predictor.windows.episode[list(data.episodes), None], -1)
+        """The episode [R, 6·ORDERS] of each residual of each row, or -1."""
+        return np.where(data.weight > 0, self.predictor.episode[list(data.episodes), None], -1)
 
-    def by_window(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
-        """The curvature [W, D, D] and slope [W, D] that `derived` gives of episodes, of windows."""
+    def by_row(self, hypothesis: Hypothesis) -> tuple[np.ndarray, np.ndarray]:
+        """The curvature [R, D, D] and slope [R, D] that `derived` gives of episodes, of rows."""
         weight = self.data(range(self.count)).weight
         labels = np.where(weight > 0, np.arange(len(weight))[:, None], -1)
         return self._by_label(hypothesis, labels, len(weight))
@@ -78,10 +80,9 @@ class ContactFitter(Fitter[ContactSpace]):
         return {name: self.screen(hypothesis, name, data)[0] for name in names}
 
     def residuals(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
-        """Whitened residuals [W, 6·H] of all windows, 0 for those of other episodes."""
+        """Whitened residuals [R, 6·ORDERS] of all rows, 0 for those of other episodes."""
         space, data = self.space(names_of(hypothesis)), self.data(segments)
-        windows = self.predictor.windows
-        out = np.zeros((len(windows.first), 6 * len(windows.steps)))
+        out = np.zeros(self.predictor.inside.shape)
         point = space.start(hypothesis)[None]
         out[list(data.episodes)] = self.predictor.residuals(space, point, data.episodes)[0, ..., 0]
         return out
@@ -105,7 +106,25 @@ class ContactFitter(Fitter[ContactSpace]):
             _, scales = costs(self.runs, space, data, point[None])
             return space.hypothesis(point, {SCALE: scales[0]})
         fitted = minimize_carrying(self.runs, space, data, point, iterations or self.iterations)
+        if fitted.scale[0] > LEFT * self.floor[0]:
+            hopped = self._hopped(space, data, fitted)
+            if not np.array_equal(hopped, fitted.point):
+                again = minimize_carrying(self.runs, space, data, hopped, iterations or self.iterations)
+                fitted = min(fitted, again, key=lambda each: each.cost)
         return space.hypothesis(fitted.point, {SCALE: fitted.scale})
+
+    def _hopped(self, space: ContactSpace, data: Data, fitted: Fitted) -> np.ndarray:
+        """A likelier point a large step of one parameter away, or two: which corner hits first makes many optima."""
+        point, cost = fitted.point, float(costs(self.runs, space, data, fitted.point[None])[0][0])
+        for hop in HOPS:
+            for k, c in enumerate(space.coordinates):
+                aside = np.zeros(space.size)
+                aside[k] = hop * (1.0 if c.log else abs(point[k]))
+                around = np.clip([point - aside, point + aside], space.low, space.high)
+                tried = costs(self.runs, space, data, around)[0]
+                if tried.min() < cost:
+                    point, cost = around[int(np.argmin(tried))], float(tried.min())
+        return point
 
     def screen(self, hypothesis: Hypothesis, name: str, data: Data) -> tuple[float, Fitted]:
         """One more name, a few iterations from its best starts: what it gains so far, nats, and where it stands."""
@@ -119,11 +138,23 @@ class ContactFitter(Fitter[ContactSpace]):
             if len(points) > FOLLOWED:
                 some = Data(data.episodes[::THINNED], data.weight[::THINNED], data.floor, data.temper)
                 order = np.argsort(costs(self.runs, space, some, points)[0], kind="stable")
-                points = points[order[:FOLLOWED]]
+                points = np.array([self._nearer(space, some, point, name) for point in points[order[:FOLLOWED]]])
             fits = [minimize_carrying(self.runs, space, data, point, 1) for point in points]
             best = min(fits, key=lambda fitted: fitted.cost)
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]
+
+    def _nearer(self, space: ContactSpace, data: Data, point: np.ndarray, name: str) -> np.ndarray:
+        """A start nearer to the optimum, along the ways in which the effect's likelihood is a narrow, bent valley."""
+        ways = np.zeros((0, space.size))
+        if valley := CONTACT_FITS[name].valley:
+            ways = np.zeros((len(valley(self.scales)), space.size))
+            ways[:, space.of(name)] = valley(self.scales)
+        for halving in range(1, HALVINGS + 1):
+            for way in ways / 2**halving:
+                around = np.clip([point, point - way, point + way], space.low, space.high)
+                point = around[int(np.argmin(costs(self.runs, space, data, around)[0]))]
+        return point
 
     def _starts(self, space: ContactSpace, hypothesis: Hypothesis, name: str) -> np.ndarray:
         if name in MEANINGS:

@@ -13,7 +13,7 @@ from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.phases import phases_of
 from vision_s2r.fit.contact.predictor import Predictor, plain
 from vision_s2r.fit.contact.space import ContactSpace
-from vision_s2r.fit.contact.windows import windows_of
+from vision_s2r.fit.contact.windows import Windows, windows_of
 
 WINDOW = 0.1  # s
 REPLICAS, SEED = 4, 0  # of first states, drawn as uncertain as they are
@@ -22,11 +22,13 @@ REPLICAS, SEED = 4, 0  # of first states, drawn as uncertain as they are
 class ContactGap:
     """Squared errors of the position, window by window."""
 
-    def __init__(self, fitter: ContactFitter, best: Hypothesis) -> None:
-        self._fitter, track = fitter, fitter.predictor.track
-        self._long = plain(track, windows_of(track, WINDOW, WINDOW, thin=False))
+    def __init__(self, fitter: ContactFitter, windows: Windows, best: Hypothesis) -> None:
+        self._fitter, rows, track = fitter, fitter.predictor, fitter.predictor.track
+        self._short, self._long = plain(track, windows), plain(track, windows_of(track, WINDOW, WINDOW, thin=False))
         self._floor = self._make_floor(best)
-        self._phases = phases_of(track, fitter.predictor.windows)
+        self._phases, self._phases_of_rows = (
+            phases_of(track, each.episode, each.sample, each.samples) for each in (self._short, rows)
+        )
 
     def of(self, hypothesis: Hypothesis, segments: Iterable[int]) -> np.ndarray:
         """Mean squared error [segments], m²."""
@@ -38,7 +40,7 @@ class ContactGap:
 
     def samples(self, hypothesis: Hypothesis) -> Samples:
         """Squared errors in the short windows of the search, by what the body does in them."""
-        short = self._fitter.predictor
+        short = self._short
         inside = short.windows.inside
         error = self._squared(short, hypothesis)[inside]
         floor = np.broadcast_to(self._short_floor[:, None], inside.shape)[inside]
@@ -50,11 +52,10 @@ class ContactGap:
         return Samples(error=error, floor=floor, segment=episode, axes=axes)
 
     def moved(self, squares: np.ndarray, along: Sequence[str]) -> Samples:
-        """What an effect changes of each short window, its squares [W, 6·H], by these axes; there is no noise in it."""
-        windows = self._fitter.predictor.windows
+        """What an effect changes of each row, its squares [R, 6·ORDERS], by these axes; there is no noise in it."""
         change = squares.sum(axis=1)
-        axes = tuple(axis for axis in self._phases if axis.name in along)
-        return Samples(error=change, floor=np.zeros(len(change)), segment=windows.episode, axes=axes)
+        axes = tuple(axis for axis in self._phases_of_rows if axis.name in along)
+        return Samples(error=change, floor=np.zeros(len(change)), segment=self._fitter.predictor.episode, axes=axes)
 
     def _squared(self, predictor: Predictor, hypothesis: Hypothesis) -> np.ndarray:
         """[W, H] m²."""
@@ -66,7 +67,7 @@ class ContactGap:
     def _make_floor(self, best: Hypothesis) -> np.ndarray:
         space = self._fitter.space(names_of(best))
         point = space.start(best)
-        self._short_floor = self._perturbed(self._fitter.predictor, space, point).mean(axis=1)
+        self._short_floor = self._perturbed(self._short, space, point).mean(axis=1)
         return self._perturbed(self._long, space, point)
 
     def _perturbed(self, predictor: Predictor, space: ContactSpace, point: np.ndarray) -> np.ndarray:

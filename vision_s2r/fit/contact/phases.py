@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.fit.case import Axis
-from vision_s2r.fit.contact.windows import ContactTrack, Windows, rests
+from vision_s2r.fit.contact.windows import ContactTrack, rests
 
 PHASES = ("in free flight", "at the first impact", "bouncing", "sliding", "rolling or tumbling", "at rest")
 PARTS = ("on a corner", "on an edge", "on a face")
@@ -15,24 +15,24 @@ TURNS = 0.5  # of the speed of the centre: a spin about the support's axes that 
 SPEEDS, SPINS = 4, 2  # bins
 
 
-def phases_of(track: ContactTrack, windows: Windows) -> tuple[Axis, ...]:
-    """The axes of windows [W]."""
+def phases_of(track: ContactTrack, episode: np.ndarray, sample: np.ndarray, samples: np.ndarray) -> tuple[Axis, ...]:
+    """The axes of windows [W], of these episodes, from these samples on, so many samples long."""
     state, lowest = track.states.state, track.lowest
     touching = lowest < track.near
-    count = len(windows.first)
+    count, begun = len(sample), state[episode, sample]
     phase, part, touches = np.full(count, -1), np.full(count, -1), np.zeros(count, dtype=bool)
-    speed = np.linalg.norm(windows.first[:, 7:10], axis=1)
+    speed = np.linalg.norm(begun[:, 7:10], axis=1)
     # One that was put down, or pushed, has no first impact.
     first_touch = [int(np.argmax(row)) if row.any() and not row[0] else len(row) for row in touching]
     for k in range(count):
-        e, start = int(windows.episode[k]), int(windows.sample[k])
-        end = min(start + windows.samples, int(track.lengths[e]))
+        e, start = int(episode[k]), int(sample[k])
+        end = min(start + int(samples[k]), int(track.lengths[e]))
         phase[k] = _phase(track, state[e, start:end], touching[e, start:end], start <= first_touch[e] < end)
         touches[k] = touching[e, start:end].any()
         if touches[k] and track.shape.kind == "box":
             at = start + int(np.nanargmin(lowest[e, start:end]))
             part[k] = _part(track, state[e, at])
-    spin = np.where(touches, np.abs(windows.first[:, 12]), np.nan)
+    spin = np.where(touches, np.abs(begun[:, 12]), np.nan)
     axes = [
         Axis("phase", PHASES, phase),
         _binned("speed", speed, SPEEDS, "m/s"),

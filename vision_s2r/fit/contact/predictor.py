@@ -1,63 +1,99 @@
-"""What machines predict of windows, set against what was measured, in units of what is not known of it.
+"""What machines predict of windows and stretches, set against what was measured, in units of what is not known of it.
 
 Not known are the measured poses (their noise, and how far bodies at rest are off), the first state, which every
 prediction carries on (to first order: its covariance through the simulator; and what draws of it leave of that), and
-what the simulator's step leaves. All poses of a window are whitened together.
+what the simulator's step leaves. All poses of a window are whitened together. Of a stretch all poses are seen as a few
+polynomials, and what its first state can do to these, to first order, is left out.
 """
 
 import math
 from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import simulate
 from vision_s2r.fit.contact.space import ContactSpace
+from vision_s2r.fit.contact.stretches import ORDERS, Stretches, none_of
 from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
 
 STEP = 0.0025  # s, of the integrator in touch, at most
 FINER = 4  # times the steps, for the integrator's own error
 DRAWS = 24  # of first states
 REMEMBERED = 400  # machines whose residuals are kept
+ANYTHING = 100.0  # times the standard deviations of its first state, that one of a stretch may be off
+BLIND = 100.0  # of the noise's variance: what is known no better of a stretch does not count
+SIMILAR = 1.5  # between the longest and the shortest of stretches that are run together
 
-_Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [W, 6·H], and of which windows [W] they are
+_Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [R, 6·ORDERS], and of which rows [R] they are
 
 
 @dataclass(frozen=True)
 class Predictor:
-    """Runs points of spaces over windows of a track."""
+    """Runs points of spaces over R rows of a track: windows, and stretches behind them."""
 
     track: ContactTrack
     windows: Windows
+    stretches: Stretches
     whiten: np.ndarray  # [W, 6·H, 6·H] lower triangles, of residuals by horizon; beyond an episode's end 0
+    sieve: np.ndarray  # [S, 6·ORDERS, 6·ORDERS] of a stretch's polynomials, by order; 0 for what does not count
     # By machine, the last asked for last.
     _known: _Known = field(default_factory=OrderedDict, repr=False, compare=False)
 
     channels = 1  # of the residuals
+
+    @cached_property
+    def episode(self) -> np.ndarray:
+        """Of each row [R]."""
+        return np.concatenate([self.windows.episode, self.stretches.episode])
+
+    @cached_property
+    def sample(self) -> np.ndarray:
+        """At which each row [R] begins."""
+        return np.concatenate([self.windows.sample, self.stretches.sample])
+
+    @cached_property
+    def samples(self) -> np.ndarray:
+        """Of each row [R], the first included; some of a window may be beyond the end of the episode."""
+        return np.concatenate([np.full(len(self.windows.sample), self.windows.samples), self.stretches.count])
+
+    @cached_property
+    def inside(self) -> np.ndarray:
+        """Which residuals [R, 6·ORDERS] count; a window has fewer."""
+        short = np.repeat(self.windows.inside, 6, axis=1)
+        beyond = np.zeros((len(short), 6 * ORDERS - short.shape[1]), dtype=bool)
+        return np.concatenate([np.concatenate([short, beyond], axis=1), self.sieve.any(axis=2)])
 
     @property
     def substeps(self) -> int:
         """Steps a sample."""
         return max(1, math.ceil(self.track.sample_time / STEP - 1e-9))
 
-    def residuals(self, space: ContactSpace, points: np.ndarray, windows: Sequence[int]) -> np.ndarray:
-        """Whitened residuals [C, W, 6·H, 1] of points [C, D]; of a machine that is asked for again, as they were."""
-        index, terms = np.asarray(windows), space.terms.array().tobytes()
-        rows = space.machines(points)
-        found = [self._of(space, point, row.tobytes() + terms, index) for point, row in zip(points, rows, strict=True)]
+    def residuals(self, space: ContactSpace, points: np.ndarray, rows: Sequence[int]) -> np.ndarray:
+        """Whitened residuals [C, R, 6·ORDERS, 1] of points [C, D]; of a machine asked for again, as they were."""
+        index, terms = np.asarray(rows), space.terms.array().tobytes()
+        keys = [row.tobytes() + terms for row in space.machines(points)]
+        found = [self._of(space, point, key, index) for point, key in zip(points, keys, strict=True)]
         return np.stack(found)[..., None]
 
     def _of(self, space: ContactSpace, point: np.ndarray, machine: bytes, index: np.ndarray) -> np.ndarray:
-        """Whitened residuals [W, 6·H] of one machine, run in those windows in which it has not been."""
-        count, size = self.whiten.shape[:2]
+        """Whitened residuals [R, 6·ORDERS] of one machine, run in those rows in which it has not been."""
+        count, size = self.inside.shape
         kept, done = self._known.pop(machine, (np.zeros((count, size)), np.zeros(count, dtype=bool)))
         missing = index[~done[index]]
         if len(missing):
-            raw = self.differences(space, point[None], missing)[0].reshape(len(missing), -1)
             kept, done = kept.copy(), done.copy()  # another thread may be reading
-            kept[missing], done[missing] = np.einsum("wij,wj->wi", self.whiten[missing], raw), True
+            windows = len(self.whiten)
+            short, long = missing[missing < windows], missing[missing >= windows]
+            raw = self.differences(space, point[None], short)[0].reshape(len(short), self.whiten.shape[1])
+            kept[short, : raw.shape[1]] = np.einsum("wij,wj->wi", self.whiten[short], raw)
+            if len(long):
+                seen = self.seen(space, point, long - windows, self.stretches.first[long - windows])
+                kept[long] = np.einsum("sij,sj->si", self.sieve[long - windows], seen)
+            done[missing] = True
         self._known[machine] = kept, done
         while len(self._known) > REMEMBERED:
             self._known.popitem(last=False)
@@ -68,10 +104,39 @@ class Predictor:
         states = self.run(space, points, index, self.windows.first[index], finer)
         return difference(self.windows.measured[index], states)
 
-    def slopes(self, space: ContactSpace, point: np.ndarray, windows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals [W, 6·H, 1] of a point [D], and their change with each coordinate [D, W, 6·H, 1]."""
+    def seen(
+        self, space: ContactSpace, point: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1
+    ) -> np.ndarray:
+        """Polynomials [S, ORDERS·6] of measured less predicted poses of stretches, from first states [S, 13].
+
+        In units of the noise of poses.
+        """
+        of, machines = self.stretches.some(index), space.machines(point[None])
+        out = np.zeros((len(index), ORDERS, 6))
+        left = np.argsort(of.count, kind="stable")
+        while len(left):
+            alike = left[of.count[left] <= SIMILAR * of.count[left[0]]]
+            left = left[len(alike) :]
+            longest = int(of.count[alike].max())
+            states = simulate(
+                machines,
+                self.track.shape,
+                first[alike],
+                longest,
+                self.track.sample_time,
+                starts=of.sample[alike] * self.track.sample_time,
+                substeps=self.substeps * finer,
+                terms=space.terms,
+                threads=1,
+            )[0]
+            apart = difference(of.measured[alike, :longest], np.nan_to_num(states))
+            out[alike] = of.basis[alike, :, :longest] @ apart
+        return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(index), -1))
+
+    def slopes(self, space: ContactSpace, point: np.ndarray, rows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [R, 6·ORDERS, 1] of a point [D], and their change with each coordinate [D, R, 6·ORDERS, 1]."""
         points, steps = space.differences(point)
-        residuals = self.residuals(space, points, windows)
+        residuals = self.residuals(space, points, rows)
         return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
 
     def run(
@@ -98,8 +163,35 @@ class Predictor:
         index = np.arange(len(self.windows.first))
         covariance = self.covariance(space, point, index)
         inside = np.repeat(self.windows.inside, 6, axis=1)
-        whiten = np.linalg.inv(np.linalg.cholesky(covariance))
-        return Predictor(self.track, self.windows, whiten * inside[:, :, None] * inside[:, None, :])
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance)) * inside[:, :, None] * inside[:, None, :]
+        return Predictor(self.track, self.windows, self.stretches, whiten, self._sieve(space, point))
+
+    def _sieve(self, space: ContactSpace, point: np.ndarray) -> np.ndarray:
+        """What of the polynomials of stretches counts, in units of what is not known [S, 6·ORDERS, 6·ORDERS]."""
+        of = self.stretches
+        index = np.arange(len(of.first))
+        if not len(index):
+            return self.sieve
+
+        def changed(first: np.ndarray, finer: int = 1) -> np.ndarray:
+            return plainly - self.seen(space, point, index, first, finer)
+
+        def moved(by: np.ndarray) -> np.ndarray:
+            return changed(_displaced(of.first, by * np.repeat(of.sigma, 3, axis=1)))
+
+        plainly = self.seen(space, point, index, of.first)
+        axes = np.broadcast_to(np.eye(12)[:, None], (12, len(index), 12))
+        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes], axis=2)  # [S, 6·ORDERS, 12]
+        draws = np.random.default_rng(0).standard_normal((DRAWS // 2, len(index), 12))
+        rest = np.stack([moved(by) - np.einsum("spa,sa->sp", linear, by) for by in draws], axis=2) / np.sqrt(len(draws))
+        step = changed(of.first, FINER)[..., None]
+        spread = np.concatenate([ANYTHING * linear, rest, step], axis=2)
+        bias = np.repeat(np.divide(self.track.bias, self.track.states.noise), 3) ** 2
+        slow = np.tile(bias, ORDERS) * of.count[:, None] / ORDERS  # what of a pose is off changes as the body turns
+        covariance = spread @ spread.transpose(0, 2, 1) + np.eye(slow.shape[1]) * (1 + slow[:, None])
+        variance, ways = np.linalg.eigh(covariance)
+        counts = variance < BLIND * (1 + slow.max(axis=1, keepdims=True))
+        return np.asarray((ways / np.sqrt(variance[:, None]) * counts[:, None]).transpose(0, 2, 1))
 
     def covariance(self, space: ContactSpace, point: np.ndarray, index: np.ndarray) -> np.ndarray:
         """Of the differences [W, 6·H, 6·H] that a right machine leaves."""
@@ -108,9 +200,7 @@ class Predictor:
 
         def moved(by: np.ndarray) -> np.ndarray:
             """What moving the first states by [W, 12] of their standard deviations changes [W, 6·H]."""
-            first = w.first[index]
-            for axis in range(12):
-                first = _moved(first, axis, by[:, axis] * w.sigma[index, axis // 3])
+            first = _displaced(w.first[index], by * np.repeat(w.sigma[index], 3, axis=1))
             states = self.run(space, point[None], index, first, 1)[0]
             return difference(states, plain).reshape(len(index), -1)
 
@@ -133,24 +223,20 @@ class Predictor:
         return np.where(inside[:, :, None] & inside[:, None, :], out, np.eye(out.shape[1]))
 
 
-def _moved(first: np.ndarray, axis: int, by: np.ndarray) -> np.ndarray:
-    """States [W, 13] moved along one of the twelve axes of position, attitude, velocity and spin."""
+def _displaced(first: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """States [W, 13] moved along the twelve axes of position, attitude, velocity and spin, by [W, 12]."""
     out = first.copy()
-    if axis < 3:
-        out[:, axis] += by
-    elif axis < 6:
-        turn = np.zeros((len(first), 3))
-        turn[:, axis - 3] = by
-        out[:, 3:7] = (Rotation.from_rotvec(turn) * Rotation.from_quat(first[:, 3:7])).as_quat()
-    else:
-        out[:, axis + 1] += by
+    out[:, :3] += by[:, :3]
+    out[:, 3:7] = (Rotation.from_rotvec(by[:, 3:6]) * Rotation.from_quat(first[:, 3:7])).as_quat()
+    out[:, 7:] += by[:, 6:]
     return out
 
 
-def plain(track: ContactTrack, windows: Windows) -> Predictor:
-    """A predictor whose residuals are in units of the poses' noise alone."""
+def plain(track: ContactTrack, windows: Windows, stretches: Stretches | None = None) -> Predictor:
+    """A predictor whose residuals are in units of the poses' noise alone; nothing of its stretches is looked at."""
     size = 6 * len(windows.steps)
     sigma = np.tile(np.repeat(np.hypot(track.states.noise, track.bias), 3), len(windows.steps))
     inside = np.repeat(windows.inside, 6, axis=1)
     whiten = np.broadcast_to(np.diag(1 / sigma), (len(windows.first), size, size)) * inside[:, :, None]
-    return Predictor(track, windows, whiten)
+    stretches = none_of(track) if stretches is None else stretches
+    return Predictor(track, windows, stretches, whiten, np.zeros((len(stretches.first), 6 * ORDERS, 6 * ORDERS)))

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from vision_s2r.contact import Shape
 from vision_s2r.recording import ContactRecording
 
 HALF = 3  # samples to either side
+SHAKEN = 3.0  # … and one that is looked at in long stretches, of which none is to be missed by chance
 BROKEN = 2.0  # mean squares of the noise: a parabola that misses by more has an impact among its samples
 TOUCH = 0.01  # of the body's depth, and three standard deviations of a corner's height: as low as that it touches
 LOST = 1e4  # mean squares, of a sample that no seven poses are around
@@ -30,6 +32,7 @@ class States:
     noise: tuple[float, float]  # m and rad: of one measured pose, each component
     measured: bool  # whether velocities are the recording's own
     clean: np.ndarray  # [E, T] bool: no impact lies among the poses that the velocities are from
+    calm: np.ndarray  # [E, T] bool: the poses to either side lie on a parabola, whatever touches
 
 
 def states_of(recording: ContactRecording, support: float = 0.0) -> States:
@@ -62,7 +65,7 @@ def states_of(recording: ContactRecording, support: float = 0.0) -> States:
     attitude = np.full(recording.attitude.shape, np.nan)
     attitude[inside] = (Rotation.from_rotvec(turn[inside]) * Rotation.from_quat(recording.attitude[inside])).as_quat()
     state = np.concatenate([recording.position + level, attitude, slope, spin], axis=-1)
-    return _with_velocities(recording, States(state, sigma, noise, False, clean))
+    return _with_velocities(recording, States(state, sigma, noise, False, clean, misfit[HALF] < SHAKEN))
 
 
 def _with_velocities(recording: ContactRecording, derived: States) -> States:
@@ -83,7 +86,7 @@ def _with_velocities(recording: ContactRecording, derived: States) -> States:
     state[..., :3], state[..., 3:7], state[..., 7:] = recording.position, recording.attitude, velocity
     for k, value in enumerate((*derived.noise, *own)):
         sigma[..., k] = max(value, 1e-6)
-    return States(state, sigma, derived.noise, True, np.isfinite(state).all(axis=-1))
+    return States(state, sigma, derived.noise, True, np.isfinite(state).all(axis=-1), derived.calm)
 
 
 def _noise(recording: ContactRecording) -> tuple[float, float]:
@@ -169,23 +172,28 @@ def _choose(
 
 def _steady(recording: ContactRecording, support: float, noise: tuple[float, float]) -> np.ndarray:
     """Whether [S, E, T] the same points touch at all samples of a stencil."""
-    shape = recording.shape
-    touch = TOUCH * shape.depth + 3 * float(np.hypot(noise[0], noise[1] * shape.reach))
-    inside = np.isfinite(recording.position[..., 0])
-    if len(shape.points):
-        heights = np.full((*inside.shape, len(shape.points)), np.nan)
-        axes = Rotation.from_quat(recording.attitude[inside]).as_matrix()[:, 2]
-        heights[inside] = recording.position[inside][:, 2:] + axes @ shape.points.T
-    else:
-        heights = shape.lowest(recording.position, recording.attitude)[..., None]
-    touching = heights - support < touch
-    same = np.zeros(inside.shape, dtype=int)  # changes up to a sample
-    same[:, 1:] = np.cumsum((touching[:, 1:] != touching[:, :-1]).any(axis=2), axis=1)
+    position = recording.position - np.array([0.0, 0.0, support])
+    touch = touching(recording.shape, position, recording.attitude, noise)
+    same = np.zeros(touch.shape[:2], dtype=int)  # changes up to a sample
+    same[:, 1:] = np.cumsum((touch[:, 1:] != touch[:, :-1]).any(axis=2), axis=1)
     padded = np.pad(same, ((0, 0), (2 * HALF, 2 * HALF)), mode="edge")
-    count = inside.shape[1]
+    count = touch.shape[1]
     first = np.stack([padded[:, k : k + count] for k in range(2 * HALF + 1)])
     last = np.stack([padded[:, k + 2 * HALF : k + 2 * HALF + count] for k in range(2 * HALF + 1)])
     return np.asarray(first == last)
+
+
+def touching(shape: Shape, position: np.ndarray, attitude: np.ndarray, noise: tuple[float, float]) -> np.ndarray:
+    """Which points [..., P] of a body are at the support, as far as noise lets one see."""
+    touch = TOUCH * shape.depth + 3 * float(np.hypot(noise[0], noise[1] * shape.reach))
+    inside = np.isfinite(position[..., 0])
+    if len(shape.points):
+        heights = np.full((*inside.shape, len(shape.points)), np.nan)
+        axes = Rotation.from_quat(attitude[inside]).as_matrix()[:, 2]
+        heights[inside] = position[inside][:, 2:] + axes @ shape.points.T
+    else:
+        heights = shape.lowest(position, attitude)[..., None]
+    return np.asarray(heights < touch)
 
 
 def _spread(slopes: np.ndarray, whole: np.ndarray) -> np.ndarray:

@@ -23,27 +23,25 @@ def spread(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> float:
 
 
 def contrast(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> tuple[float, float]:
-    """By how much a parameter of this name differs between two halves of the windows: in standard errors, and relative.
+    """By how much this name's parameters differ between two halves of the windows: in standard errors, and relative.
 
-    Halves are by time since the start of an episode, by place, by direction, by speed and by spin; the largest
-    difference of the parameter that differs least counts, relative to what the effect changes.
+    Halves are by time since the start of an episode, by place, by direction, by speed and by spin; those count that
+    differ most. Several parameters are one vector, relative to what the effect changes it by.
     """
     space, *_ = fitter.derived(hypothesis)
     own = space.of(name)
     if not own:
         return 0.0, 0.0
-    errors, relative = np.zeros(len(own)), np.zeros(len(own))
-    size = _sizes(fitter, hypothesis, name)
-    curvature, slope = fitter.by_window(hypothesis)
+    size = float(_sizes(fitter, hypothesis, name).max())
+    curvature, slope = (each[:, own] for each in fitter.by_row(hypothesis))
+    found = [(0.0, 0.0)]
     for half in _halves(fitter):
-        parts = (~half, half)
-        info = np.maximum([curvature[part][:, own, own].sum(axis=0) for part in parts], 1e-300)
-        step = np.abs(np.subtract(*([slope[part][:, own].sum(axis=0) for part in parts] / info)))
-        error = step / np.sqrt((1 / info).sum(axis=0))
-        larger = error > errors
-        errors, relative = np.where(larger, error, errors), np.where(larger, step / size, relative)
-    least = int(np.argmin(errors))
-    return float(errors[least]), float(relative[least])
+        spread = [np.linalg.pinv(curvature[part][:, :, own].sum(axis=0)) for part in (~half, half)]
+        steps = [each @ slope[part].sum(axis=0) for each, part in zip(spread, (~half, half), strict=True)]
+        apart = steps[1] - steps[0]
+        error = float(np.sqrt(max(apart @ np.linalg.pinv(spread[0] + spread[1]) @ apart, 0.0)))
+        found.append((error, float(np.linalg.norm(apart)) / size))
+    return max(found)
 
 
 def _sizes(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> np.ndarray:
@@ -55,12 +53,14 @@ def _sizes(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> np.ndarr
 
 
 def _halves(fitter: ContactFitter) -> list[np.ndarray]:
-    """Which windows [W] are in the second half; halves of those in which the body may touch."""
-    windows, track = fitter.predictor.windows, fitter.predictor.track
-    paths = [track.lowest[e, k : k + windows.samples] for e, k in zip(windows.episode, windows.sample, strict=True)]
+    """Which rows [R] are in the second half, by their middle; halves of those in which the body may touch."""
+    rows, track = fitter.predictor, fitter.predictor.track
+    spans = list(zip(rows.episode, rows.sample, rows.samples, strict=True))
+    paths = [track.lowest[e, k : k + count] for e, k, count in spans]
     touches = np.array([np.nanmin(path) < track.near for path in paths])
     if not touches.any():
         return []
-    (x, y, _), (vx, vy, vz), spin = windows.first.T[:3], windows.first.T[7:10], windows.first[:, 10:]
-    split = [windows.sample, x, y, np.hypot(vx, vy), vz, (spin**2).sum(axis=1)]
+    middle = np.array([track.states.state[e, min(k + count // 2, track.lengths[e] - 1)] for e, k, count in spans])
+    (x, y, _), (vx, vy, vz), spin = middle.T[:3], middle.T[7:10], middle[:, 10:]
+    split = [rows.sample + rows.samples // 2, x, y, np.hypot(vx, vy), vz, (spin**2).sum(axis=1)]
     return [each > np.median(each[touches]) for each in split] + [vx > 0, vy > 0, vx * vy > 0]

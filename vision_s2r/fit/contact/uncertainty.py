@@ -13,6 +13,7 @@ from vision_s2r.fit.maximum_likelihood import costs
 # What another simulator makes of the same parameter, beside noise; standard deviations, from tosses of one.
 ALIKE = 2e-3  # of the parameter
 COEFFICIENT = 1e-3  # of a friction or a restitution
+ANGLE = 5e-5  # rad, of a tilt
 POSES = 0.45  # of the error of positions: of a length, since corners and support are only known by poses
 ROUGHLY = 0.06  # of a parameter whose effect's form is only roughly the same
 FLAT = 1.0  # nats: an end at which the likelihood has fallen by less is farther off …
@@ -46,7 +47,8 @@ def _systematic(fitter: ContactFitter, space: ContactSpace, point: np.ndarray) -
     out = np.zeros(space.size)
     for k, c in enumerate(space.coordinates):
         (unit,) = (each.unit for each in CONTACT_EFFECTS[c.effect].parameters if each.name == c.parameter)
-        also = POSES * off if unit == "m" else COEFFICIENT if c.effect in COEFFICIENTS else 0.0
+        unit = "m" if c.effect == "rolling_friction" else unit  # an arm's length, whatever it is called
+        also = {"m": POSES * off, "rad": ANGLE}.get(unit, COEFFICIENT if c.effect in COEFFICIENTS else 0.0)
         relative = ROUGHLY if CONTACT_FITS[c.effect].rough else ALIKE
         out[k] = np.hypot(also, relative * (1.0 if c.log else abs(point[k])))
     return out

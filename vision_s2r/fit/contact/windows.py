@@ -43,6 +43,11 @@ class Windows:
         """That a simulation of a window needs, its first included."""
         return int(self.steps[-1]) + 1
 
+    def some(self, index: np.ndarray) -> "Windows":
+        """Those of this index."""
+        of = {key: value if key == "steps" else value[index] for key, value in vars(self).items()}
+        return Windows(**of)
+
 
 @dataclass(frozen=True)
 class ContactTrack:
@@ -146,8 +151,13 @@ def _kept(track: ContactTrack, e: int, k: int, length: int, count: int) -> bool:
 
 def rests(track: ContactTrack, state: np.ndarray) -> bool:
     """Whether a body of these states [T, 13] rests throughout, as far as its poses show."""
+    return not moves(track, state).any()
+
+
+def moves(track: ContactTrack, state: np.ndarray) -> np.ndarray:
+    """At which of these states [T, 13] a body moves, as far as its poses show."""
     rim = track.shape.reach * np.linalg.norm(state[:, 10:], axis=1)
-    return bool(np.nanmax(np.linalg.norm(state[:, 7:10], axis=1) + rim) < RESTS)
+    return np.asarray(np.linalg.norm(state[:, 7:10], axis=1) + rim >= RESTS)
 
 
 def difference(measured: np.ndarray, states: np.ndarray) -> np.ndarray:

@@ -5,7 +5,10 @@ import math
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, ContactScales
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 
-STIFFNESSES, RATIOS = (0.45, 0.6, 0.75, 0.88), (0.1, 0.4)  # starts: between soft and hard, and of critical damping
+STIFFNESSES, RATIOS = (
+    (0.15, 0.3, 0.45, 0.6, 0.75, 0.88),
+    (0.1, 0.4),
+)  # starts: between soft and hard, and of critical damping
 PLAUSIBLE = 0.65
 
 
@@ -36,6 +39,11 @@ CONTACT_FITS.register(
     ContactFit(
         ranges=ranges,
         starts=lambda s: [spring(s, place, ratio) for place in STIFFNESSES for ratio in RATIOS],
+        # A rebound tells the share of the critical damping surely, the stiffness less so.
+        valley=lambda s: [
+            (0.0, math.log(4)),
+            (0.15 * math.log(hard(s) / soft(s)), 0.075 * math.log(hard(s) / soft(s))),
+        ],
         plausible=lambda s: spring(s, PLAUSIBLE, 0.3),
         not_excited="no impact lasts long enough to show it",
         excited_by="harder impacts, sampled faster",
