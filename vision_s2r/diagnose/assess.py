@@ -11,7 +11,7 @@ from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
 
-MOST = 0.5  # of a rest
+MAIN = 0.5  # of a rest
 HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
 SEEN = 0.2  # of what there is over the floor
 ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
@@ -143,18 +143,19 @@ class Assessor:
     def most(self, more: Assessment, less: Assessment) -> bool:
         """Whether most of what `less` leaves is gone, be it in few places: held out, so that others showed it too."""
         gain = self.gain(more, less)
-        return gain.nats > self.cfg.promising and gain.share > MOST
+        return gain.nats > self.cfg.promising and gain.share > MAIN
 
     def shows(self, more: Assessment, less: Assessment) -> bool:
         """Whether a flexible unknown shows where the floor is reached in the mean: in few places, but plainly."""
-        gain = self.gain(more, less)
-        return self.adequate(less) and gain.nats > self.cfg.promising and gain.low > 0
+        return self.adequate(less) and self._sure(self.gain(more, less))
 
     def plain(self, more: Assessment, less: Assessment) -> bool:
         """Whether an effect shows plainly: surely, and as much of what there is over the floor without it, if any."""
         gain = self.gain(more, less)
-        sure = gain.nats > self.cfg.promising and gain.low > 0
-        return sure and (self.adequate(less) or gain.share > SEEN)
+        return self._sure(gain) and (self.adequate(less) or gain.share > SEEN)
+
+    def _sure(self, gain: Gain) -> bool:
+        return gain.nats > self.cfg.promising and gain.low > 0
 
     def adequate(self, assessment: Assessment) -> bool:
         """Whether nothing beyond noise is left."""

@@ -19,7 +19,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.states import states_of
-from vision_s2r.fit.contact.stretches import outside, stretches_of
+from vision_s2r.fit.contact.stretches import stretches_of
 from vision_s2r.fit.contact.windows import make_track, windows_of
 from vision_s2r.gapbench.generate.body import COARSE, TossedBody, move
 from vision_s2r.recording import ContactRecording, write
@@ -250,7 +250,7 @@ def test_whole_flights_and_slides_of_a_right_machine_leave_noise():
     track = make_track(recording)
     stretches = stretches_of(track)
     assert len(stretches.first) > 20 and stretches.count.max() > 0.3 / DT
-    predictor = plain(track, outside(windows_of(track), stretches), stretches)
+    predictor = plain(track, windows_of(track), stretches)
     space = ContactSpace(frozenset(), ContactScales(track.nominal, track.shape, track.sample_time), {})
     white = predictor.whitened(space, np.empty(0))
     rows = range(len(predictor.windows.first), len(predictor.episode))

@@ -17,7 +17,7 @@ from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
-from vision_s2r.fit.contact.stretches import outside, stretches_of
+from vision_s2r.fit.contact.stretches import stretches_of
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
 from vision_s2r.fit.likelihood import log_density
 from vision_s2r.fit.selection import SCALE
@@ -87,7 +87,7 @@ class ContactCase:
         }
 
     def _fitter_of(self, hypothesis: Hypothesis, temper: float) -> ContactFitter:
-        predictor = plain(self.track, outside(self._windows, self._stretches), self._stretches)
+        predictor = plain(self.track, self._windows, self._stretches)
         return ContactFitter.under(hypothesis, predictor, self._scales, self._terms, temper)
 
     @cached_property

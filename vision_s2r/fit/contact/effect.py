@@ -30,6 +30,7 @@ class ContactFit:
     along: tuple[str, ...] = ()  # axes of `phases` on which it has a place
     # Ways [N, K] from one start to the next, where a fit has to begin nearer to the optimum than these are.
     valley: Callable[[ContactScales], list[tuple[float, ...]]] | None = None
+    length: bool = False  # of an arm, in m, though its unit says nothing
     rough: bool = False  # its form is only roughly the same on any two bodies
 
 

@@ -18,7 +18,7 @@ from vision_s2r.fit.contact.discrepancy import terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.predictor import plain
-from vision_s2r.fit.contact.stretches import outside, stretches_of
+from vision_s2r.fit.contact.stretches import stretches_of
 from vision_s2r.fit.contact.windows import ContactTrack, make_track, windows_of
 from vision_s2r.fit.questions import Question, most_telling, settled, shown, told_by, wished
 from vision_s2r.recording import ContactRecording
@@ -134,8 +134,7 @@ def _fitter(track: ContactTrack, base: Hypothesis, first: np.ndarray, temper: fl
     states = simulate(rows, track.shape, first, samples, dt, substeps=SUBSTEPS, threads=1)[0]
     recorded = make_track(_measured(track, states))
     scales = ContactScales(track.nominal, track.shape, dt)
-    stretches = stretches_of(recorded)
-    predictor = plain(recorded, outside(windows_of(recorded), stretches), stretches)
+    predictor = plain(recorded, windows_of(recorded), stretches_of(recorded))
     return ContactFitter.under(base, predictor, scales, terms_of(recorded), temper)
 
 

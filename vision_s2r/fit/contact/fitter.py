@@ -146,10 +146,12 @@ class ContactFitter(Fitter[ContactSpace]):
 
     def _nearer(self, space: ContactSpace, data: Data, point: np.ndarray, name: str) -> np.ndarray:
         """A start nearer to the optimum, along the ways in which the effect's likelihood is a narrow, bent valley."""
-        ways = np.zeros((0, space.size))
-        if valley := CONTACT_FITS[name].valley:
-            ways = np.zeros((len(valley(self.scales)), space.size))
-            ways[:, space.of(name)] = valley(self.scales)
+        valley = CONTACT_FITS[name].valley
+        if valley is None:
+            return point
+        along = np.array(valley(self.scales))
+        ways = np.zeros((len(along), space.size))
+        ways[:, space.of(name)] = along
         for halving in range(1, HALVINGS + 1):
             for way in ways / 2**halving:
                 around = np.clip([point, point - way, point + way], space.low, space.high)

@@ -8,7 +8,7 @@ polynomials, and what its first state can do to these, to first order, is left o
 
 import math
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from vision_s2r.contact import simulate
 from vision_s2r.fit.contact.space import ContactSpace
-from vision_s2r.fit.contact.stretches import ORDERS, Stretches, none_of
+from vision_s2r.fit.contact.stretches import ORDERS, Stretches, none_of, outside
 from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
 
 STEP = 0.0025  # s, of the integrator in touch, at most
@@ -111,24 +111,14 @@ class Predictor:
 
         In units of the noise of poses.
         """
-        of, machines = self.stretches.some(index), space.machines(point[None])
+        of = self.stretches.some(index)
         out = np.zeros((len(index), ORDERS, 6))
         left = np.argsort(of.count, kind="stable")
         while len(left):
             alike = left[of.count[left] <= SIMILAR * of.count[left[0]]]
             left = left[len(alike) :]
             longest = int(of.count[alike].max())
-            states = simulate(
-                machines,
-                self.track.shape,
-                first[alike],
-                longest,
-                self.track.sample_time,
-                starts=of.sample[alike] * self.track.sample_time,
-                substeps=self.substeps * finer,
-                terms=space.terms,
-                threads=1,
-            )[0]
+            states = self._states(space, point[None], first[alike], of.sample[alike], longest, finer)[0]
             apart = difference(of.measured[alike, :longest], np.nan_to_num(states))
             out[alike] = of.basis[alike, :, :longest] @ apart
         return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(index), -1))
@@ -144,19 +134,30 @@ class Predictor:
     ) -> np.ndarray:
         """States [C, W, H, 13] at the horizons of windows, from other first states [W, 13] than theirs."""
         w = self.windows
-        starts = w.sample[index] * self.track.sample_time
-        states = simulate(
+        states = self._states(space, points, first, w.sample[index], w.samples, finer)
+        return np.nan_to_num(states[:, :, w.steps])
+
+    def _states(
+        self,
+        space: ContactSpace,
+        points: np.ndarray,
+        first: np.ndarray,
+        sample: np.ndarray,
+        samples: int,
+        finer: int,
+    ) -> np.ndarray:
+        """So many states [C, W, samples, 13] from first ones [W, 13] at these samples [W] of their episodes."""
+        return simulate(
             space.machines(points),
             self.track.shape,
             first,
-            w.samples,
+            samples,
             self.track.sample_time,
-            starts=starts,
+            starts=sample * self.track.sample_time,
             substeps=self.substeps * finer,
             terms=space.terms,
             threads=1,
         )
-        return np.nan_to_num(states[:, :, w.steps])
 
     def whitened(self, space: ContactSpace, point: np.ndarray) -> "Predictor":
         """The same with residuals in units of what is not known, at this point."""
@@ -180,10 +181,8 @@ class Predictor:
             return changed(_displaced(of.first, by * np.repeat(of.sigma, 3, axis=1)))
 
         plainly = self.seen(space, point, index, of.first)
-        axes = np.broadcast_to(np.eye(12)[:, None], (12, len(index), 12))
-        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes], axis=2)  # [S, 6·ORDERS, 12]
-        draws = np.random.default_rng(0).standard_normal((DRAWS // 2, len(index), 12))
-        rest = np.stack([moved(by) - np.einsum("spa,sa->sp", linear, by) for by in draws], axis=2) / np.sqrt(len(draws))
+        linear = _to_first_order(moved, len(index))
+        rest = _beyond(moved, linear, DRAWS // 2)
         step = changed(of.first, FINER)[..., None]
         spread = np.concatenate([ANYTHING * linear, rest, step], axis=2)
         bias = np.repeat(np.divide(self.track.bias, self.track.states.noise), 3) ** 2
@@ -204,15 +203,11 @@ class Predictor:
             states = self.run(space, point[None], index, first, 1)[0]
             return difference(states, plain).reshape(len(index), -1)
 
-        axes = np.broadcast_to(np.eye(12)[:, None], (12, len(index), 12))
         level = 2 if space.terms.place is None else 0  # the support is as good elsewhere, and what is on it only moves
-        linear = np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes[level:]], axis=2)  # [W, 6·H, 12 - level]
         aside = np.eye(6)[:, :level] * w.sigma[index, 0][:, None, None]
-        linear = np.concatenate([np.tile(aside, (1, len(w.steps), 1)), linear], axis=2)  # [W, 6·H, 12]
-        # Where the outcome hangs on a hair, on which corner touches first, it is of all axes together, and not linear.
-        rng = np.random.default_rng(0)
-        draws = rng.standard_normal((DRAWS, len(index), 12))
-        rest = np.stack([moved(by) - np.einsum("wpa,wa->wp", linear, by) for by in draws], axis=2) / np.sqrt(DRAWS)
+        aside = np.tile(aside, (1, len(w.steps), 1))
+        linear = np.concatenate([aside, _to_first_order(moved, len(index), level)], axis=2)  # [W, 6·H, 12]
+        rest = _beyond(moved, linear, DRAWS)
         fine = self.run(space, point[None], index, w.first[index], FINER)[0]
         step = difference(fine, plain).reshape(len(index), -1, 1)
         spread = np.concatenate([linear, rest, step], axis=2)
@@ -221,6 +216,24 @@ class Predictor:
         inside = np.repeat(w.inside[index], 6, axis=1)
         # Beyond an episode's end a variance of its own, so that the rest can be whitened.
         return np.where(inside[:, :, None] & inside[:, None, :], out, np.eye(out.shape[1]))
+
+
+_Moved = Callable[[np.ndarray], np.ndarray]  # by [W, 12] standard deviations of first states to what it changes [W, P]
+
+
+def _to_first_order(moved: _Moved, count: int, since: int = 0) -> np.ndarray:
+    """What each of the axes from `since` on changes [W, P, 12 - since] of so many starts."""
+    axes = np.broadcast_to(np.eye(12)[since:, None], (12 - since, count, 12))
+    return np.stack([(moved(axis) - moved(-axis)) / 2 for axis in axes], axis=2)
+
+
+def _beyond(moved: _Moved, linear: np.ndarray, count: int) -> np.ndarray:
+    """What so many draws change beyond what is `linear` [W, P, 12], a share [W, P, count] of its variance each.
+
+    Where the outcome hangs on a hair, on which corner touches first, it is of all axes together, and not linear.
+    """
+    draws = np.random.default_rng(0).standard_normal((count, len(linear), 12))
+    return np.stack([moved(by) - np.einsum("wpa,wa->wp", linear, by) for by in draws], axis=2) / np.sqrt(count)
 
 
 def _displaced(first: np.ndarray, by: np.ndarray) -> np.ndarray:
@@ -233,10 +246,14 @@ def _displaced(first: np.ndarray, by: np.ndarray) -> np.ndarray:
 
 
 def plain(track: ContactTrack, windows: Windows, stretches: Stretches | None = None) -> Predictor:
-    """A predictor whose residuals are in units of the poses' noise alone; nothing of its stretches is looked at."""
+    """A predictor of the stretches and of what windows lie in none, which tell all that the others would.
+
+    Residuals are in units of the poses' noise alone, and nothing of its stretches is looked at.
+    """
+    stretches = none_of(track) if stretches is None else stretches
+    windows = outside(windows, stretches)
     size = 6 * len(windows.steps)
     sigma = np.tile(np.repeat(np.hypot(track.states.noise, track.bias), 3), len(windows.steps))
     inside = np.repeat(windows.inside, 6, axis=1)
     whiten = np.broadcast_to(np.diag(1 / sigma), (len(windows.first), size, size)) * inside[:, :, None]
-    stretches = none_of(track) if stretches is None else stretches
     return Predictor(track, windows, stretches, whiten, np.zeros((len(stretches.first), 6 * ORDERS, 6 * ORDERS)))

@@ -174,9 +174,7 @@ def _steady(recording: ContactRecording, support: float, noise: tuple[float, flo
     """Whether [S, E, T] the same points touch at all samples of a stencil."""
     position = recording.position - np.array([0.0, 0.0, support])
     touch = touching(recording.shape, position, recording.attitude, noise)
-    same = np.zeros(touch.shape[:2], dtype=int)  # changes up to a sample
-    same[:, 1:] = np.cumsum((touch[:, 1:] != touch[:, :-1]).any(axis=2), axis=1)
-    padded = np.pad(same, ((0, 0), (2 * HALF, 2 * HALF)), mode="edge")
+    padded = np.pad(changes(touch), ((0, 0), (2 * HALF, 2 * HALF)), mode="edge")
     count = touch.shape[1]
     first = np.stack([padded[:, k : k + count] for k in range(2 * HALF + 1)])
     last = np.stack([padded[:, k + 2 * HALF : k + 2 * HALF + count] for k in range(2 * HALF + 1)])
@@ -194,6 +192,12 @@ def touching(shape: Shape, position: np.ndarray, attitude: np.ndarray, noise: tu
     else:
         heights = shape.lowest(position, attitude)[..., None]
     return np.asarray(heights < touch)
+
+
+def changes(touch: np.ndarray) -> np.ndarray:
+    """How often which points touch [..., T, P] has changed up to a sample [..., T]."""
+    changed = (touch[..., 1:, :] != touch[..., :-1, :]).any(axis=-1)
+    return np.concatenate([np.zeros_like(touch[..., :1, 0], dtype=int), np.cumsum(changed, axis=-1)], axis=-1)
 
 
 def _spread(slopes: np.ndarray, whole: np.ndarray) -> np.ndarray:

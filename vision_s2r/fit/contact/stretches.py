@@ -10,29 +10,20 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
-from vision_s2r.fit.contact.states import HALF, touching
-from vision_s2r.fit.contact.windows import LEAST, SPAN, ContactTrack, Windows, moves
+from vision_s2r.fit.contact.states import HALF, changes, touching
+from vision_s2r.fit.contact.windows import LEAST, SPAN, ContactTrack, Starts, Windows, moves
 
 ORDERS = 6  # of the polynomials, from a straight line on, that differences are seen as: a level is nobody's
 FLICKER = 5  # samples, in which a point's touch is that of most
 LONGEST = 0.4  # s: what goes on for longer is more than one, so that time and place can be told apart
 
 
-@dataclass(frozen=True)
-class Stretches:
+@dataclass(frozen=True, kw_only=True)
+class Stretches(Starts):
     """S stretches of N samples at most, each begun at the first state that poses to either side tell."""
 
-    first: np.ndarray  # [S, 13]
-    sigma: np.ndarray  # [S, 4] standard deviations of the first state, as `States` has them
-    episode: np.ndarray  # [S] int64
-    sample: np.ndarray  # [S] int64, of the start
     count: np.ndarray  # [S] int64 samples, the first included
-    measured: np.ndarray  # [S, N, 7] poses
     basis: np.ndarray  # [S, ORDERS, N] orthonormal polynomials over the samples of each, 0 beyond
-
-    def some(self, index: np.ndarray) -> "Stretches":
-        """Those of this index."""
-        return Stretches(**{key: value[index] for key, value in vars(self).items()})
 
 
 def stretches_of(track: ContactTrack) -> Stretches:
@@ -56,16 +47,8 @@ def _stretches(track: ContactTrack, rows: list[tuple[int, int, int]]) -> Stretch
     """Of episodes, first samples and counts."""
     of, at, count = np.array(rows, dtype=np.int64).reshape(-1, 3).T
     longest = int(count.max(initial=1))
-    row = (of[:, None], np.minimum(at[:, None] + np.arange(longest), track.lengths[of][:, None] - 1))
-    return Stretches(
-        first=track.states.state[of, at],
-        sigma=track.states.sigma[of, at],
-        episode=of,
-        sample=at,
-        count=count,
-        measured=np.concatenate([track.position[row], track.attitude[row]], axis=-1),
-        basis=np.stack([_polynomials(int(n), longest) for n in count] or [np.zeros((ORDERS, longest))])[: len(of)],
-    )
+    basis = np.stack([_polynomials(int(n), longest) for n in count] or [np.zeros((ORDERS, longest))])[: len(of)]
+    return Stretches.at(track, of, at, np.arange(longest), count=count, basis=basis)
 
 
 def none_of(track: ContactTrack) -> Stretches:
@@ -87,8 +70,8 @@ def _calm(track: ContactTrack, e: int) -> list[tuple[int, int]]:
     samples = int(track.lengths[e])
     touch = touching(track.shape, track.position[e, :samples], track.attitude[e, :samples], track.states.noise)
     touch = median_filter(touch.astype(np.uint8), size=(FLICKER, 1), mode="nearest")
-    changes = np.concatenate([[0], np.cumsum((touch[1:] != touch[:-1]).any(axis=1))])
-    whole = np.where(track.states.calm[e, :samples], changes, -1)
+    changed = changes(touch)
+    whole = np.where(track.states.calm[e, :samples], changed, -1)
     out, k = [], 0
     while k < samples:
         end = k
@@ -96,7 +79,7 @@ def _calm(track: ContactTrack, e: int) -> list[tuple[int, int]]:
             end += 1
         if whole[k] >= 0:
             last = min(end + HALF, samples)  # the last of these has calm poses behind it, too
-            last = min(last, k + int(np.argmin(np.append(changes[k:last] == whole[k], False))))
+            last = min(last, k + int(np.argmin(np.append(changed[k:last] == whole[k], False))))
             out.append((k, last - k))
         k = max(end, k + 1)
     return out

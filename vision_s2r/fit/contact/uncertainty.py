@@ -47,9 +47,10 @@ def _systematic(fitter: ContactFitter, space: ContactSpace, point: np.ndarray) -
     out = np.zeros(space.size)
     for k, c in enumerate(space.coordinates):
         (unit,) = (each.unit for each in CONTACT_EFFECTS[c.effect].parameters if each.name == c.parameter)
-        unit = "m" if c.effect == "rolling_friction" else unit  # an arm's length, whatever it is called
+        fit = CONTACT_FITS[c.effect]
+        unit = "m" if fit.length else unit
         also = {"m": POSES * off, "rad": ANGLE}.get(unit, COEFFICIENT if c.effect in COEFFICIENTS else 0.0)
-        relative = ROUGHLY if CONTACT_FITS[c.effect].rough else ALIKE
+        relative = ROUGHLY if fit.rough else ALIKE
         out[k] = np.hypot(also, relative * (1.0 if c.log else abs(point[k])))
     return out
 

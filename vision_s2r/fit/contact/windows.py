@@ -6,6 +6,7 @@ parameter; what the error of its first state makes of the prediction is known to
 
 import math
 from dataclasses import dataclass
+from typing import Any, Self
 
 import numba
 import numpy as np
@@ -26,27 +27,46 @@ STILL = 0.02  # m/s: a body that is slower rests
 RESTS = 3 * STILL  # of its centre and its rim together: slower throughout, it rests as far as poses show
 
 
-@dataclass(frozen=True)
-class Windows:
-    """W starts, and what was measured H times after each."""
+@dataclass(frozen=True, kw_only=True)
+class Starts:
+    """W starts in a track, and poses that were measured H times from each on."""
 
     first: np.ndarray  # [W, 13]
     sigma: np.ndarray  # [W, 4] standard deviations of the first state, as `States` has them
     episode: np.ndarray  # [W] int64
     sample: np.ndarray  # [W] int64, of the start
-    steps: np.ndarray  # [H] int64, samples after the start
     measured: np.ndarray  # [W, H, 7] poses
+
+    @classmethod
+    def at(cls, track: "ContactTrack", of: np.ndarray, at: np.ndarray, after: np.ndarray, **other: Any) -> Self:
+        """At samples `at` [W] of episodes `of` [W], and poses `after` [H] samples of it, the last beyond the end."""
+        row = (of[:, None], np.minimum(at[:, None] + after, track.lengths[of][:, None] - 1))
+        return cls(
+            first=track.states.state[of, at],
+            sigma=track.states.sigma[of, at],
+            episode=of,
+            sample=at,
+            measured=np.concatenate([track.position[row], track.attitude[row]], axis=-1),
+            **other,
+        )
+
+    def some(self, index: np.ndarray) -> Self:
+        """Those of this index; steps are common to all."""
+        of = {key: value if key == "steps" else value[index] for key, value in vars(self).items()}
+        return type(self)(**of)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Windows(Starts):
+    """W starts, and what was measured H times after each."""
+
+    steps: np.ndarray  # [H] int64, samples after the start
     inside: np.ndarray  # [W, H] bool: before the end of the episode
 
     @property
     def samples(self) -> int:
         """That a simulation of a window needs, its first included."""
         return int(self.steps[-1]) + 1
-
-    def some(self, index: np.ndarray) -> "Windows":
-        """Those of this index."""
-        of = {key: value if key == "steps" else value[index] for key, value in vars(self).items()}
-        return Windows(**of)
 
 
 @dataclass(frozen=True)
@@ -123,17 +143,7 @@ def windows_of(track: ContactTrack, span: float = SPAN, stride: float = STRIDE, 
     if thin and len(of) > MOST_WINDOWS:
         chosen = np.linspace(0, len(of) - 1, MOST_WINDOWS).astype(np.int64)
         of, at = of[chosen], at[chosen]
-    later = at[:, None] + steps
-    row = (of[:, None], np.minimum(later, track.lengths[of][:, None] - 1))
-    return Windows(
-        first=track.states.state[of, at],
-        sigma=track.states.sigma[of, at],
-        episode=of,
-        sample=at,
-        steps=steps,
-        measured=np.concatenate([track.position[row], track.attitude[row]], axis=-1),
-        inside=later < track.lengths[of][:, None],
-    )
+    return Windows.at(track, of, at, steps, steps=steps, inside=at[:, None] + steps < track.lengths[of][:, None])
 
 
 def _surest(track: ContactTrack, e: int, first: int, end: int) -> int:

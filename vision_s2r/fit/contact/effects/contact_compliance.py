@@ -5,10 +5,8 @@ import math
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactFit, ContactScales
 from vision_s2r.fit.coordinates import ParameterRange, Setting, log
 
-STIFFNESSES, RATIOS = (
-    (0.15, 0.3, 0.45, 0.6, 0.75, 0.88),
-    (0.1, 0.4),
-)  # starts: between soft and hard, and of critical damping
+STIFFNESSES = (0.15, 0.3, 0.45, 0.6, 0.75, 0.88)  # starts: between soft and hard …
+RATIOS = (0.1, 0.4)  # … and of critical damping
 PLAUSIBLE = 0.65
 
 
@@ -34,16 +32,18 @@ def ranges(s: ContactScales) -> list[ParameterRange]:
     return [log("stiffness", soft(s), hard(s), 0.02), log("damping", 1e-3 * middle, 1e2 * middle, 0.03, 3.0)]
 
 
+def valley(s: ContactScales) -> list[tuple[float, ...]]:
+    """A rebound tells the share of the critical damping surely, the stiffness, which moves both, less so."""
+    stiffer = 0.15 * math.log(hard(s) / soft(s))
+    return [(0.0, math.log(4)), (stiffer, 0.5 * stiffer)]
+
+
 CONTACT_FITS.register(
     "contact_compliance",
     ContactFit(
         ranges=ranges,
         starts=lambda s: [spring(s, place, ratio) for place in STIFFNESSES for ratio in RATIOS],
-        # A rebound tells the share of the critical damping surely, the stiffness less so.
-        valley=lambda s: [
-            (0.0, math.log(4)),
-            (0.15 * math.log(hard(s) / soft(s)), 0.075 * math.log(hard(s) / soft(s))),
-        ],
+        valley=valley,
         plausible=lambda s: spring(s, PLAUSIBLE, 0.3),
         not_excited="no impact lasts long enough to show it",
         excited_by="harder impacts, sampled faster",

@@ -12,5 +12,6 @@ CONTACT_FITS.register(
         not_excited="nothing rolls or rocks",
         excited_by="slow rolls and tumbles",
         along=("phase",),
+        length=True,
     ),
 )
