@@ -84,6 +84,23 @@ def test_a_pendulum_log_has_its_weight_and_its_supply(tmp_path):
         import_recording("bam", tmp_path, tmp_path / "again")
     assert recording.nominal["proportional_gain"] == 13.0 and recording.nominal["back_emf"] == 0.62
     np.testing.assert_allclose(recording.supply[0], np.where(T < 3, 0.95, 0.0))
+    other = log | {
+        "motor": "xl330",
+        "kp": 200,
+        "vin": 7.5,
+        "arm_mass": 0.3,
+    }  # half the data sheet's gain, 1.5 its supply
+    (tmp_path / "a.json").write_text(json.dumps(other))
+    (tmp_path / "b.json").unlink()
+    recording = read(import_recording("bam", tmp_path, tmp_path / "xl330")[0].folder)
+    stall = 0.52 * 1.5
+    assert recording.nominal["proportional_gain"] == pytest.approx(
+        stall * 200 * 4096 / (2 * np.pi) / 128 / 885, rel=1e-3
+    )
+    assert recording.nominal["command_limit"] == pytest.approx(stall)
+    assert recording.nominal["back_emf"] == pytest.approx(0.52 / (103 * 2 * np.pi / 60), rel=1e-2)
+    assert recording.nominal["inertia"] == pytest.approx(0.002 + (1.0 + 0.1) * 0.01)
+    assert recording.nominal["gravity_torque"] == pytest.approx(1.15 * 0.980665)
 
 
 def test_any_table_is_read_by_the_names_of_its_columns(tmp_path):

@@ -13,7 +13,6 @@ from vision_s2r.recording.header import number
 
 GRAVITY = 9.80665  # m/s²
 LARGEST = 1e6  # of a mass (kg), length (m), gain or voltage
-FIRMWARE_GAIN = 32.0  # of the logs that DRIVES has its gain for
 
 
 def load(path: Path, options: ImportOptions) -> list[JointTable]:
@@ -22,27 +21,31 @@ def load(path: Path, options: ImportOptions) -> list[JointTable]:
     if not files:
         raise UserError(f"{path}: no .json in it, expected BAM's logs")
     logs = [_log(file) for file in files]
-    bench = {key: logs[0][key] for key in ("mass", "length", "kp", "motor")}
+    bench = {key: logs[0][key] for key in ("mass", "arm_mass", "length", "kp", "vin", "motor")}
     for file, log in zip(files, logs, strict=True):
         if any(log[key] != bench[key] for key in bench):
-            raise UserError(f"{file}: another motor, gain, mass or length than {files[0].name}, expected one bench")
+            words = "motor, gain, supply, mass or length"
+            raise UserError(f"{file}: another {words} than {files[0].name}, expected one bench")
     parts = [_columns(log, k, file) for k, (log, file) in enumerate(zip(logs, files, strict=True))]
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     drive = bench["motor"] if bench["motor"] in DRIVES else ""
-    swung = bench["mass"] * bench["length"] ** 2
-    nominal = {"gravity_torque": bench["mass"] * GRAVITY * bench["length"]}
+    swung = (bench["mass"] + bench["arm_mass"] / 3) * bench["length"] ** 2  # at the end of a uniform rod
+    nominal = {"gravity_torque": (bench["mass"] + bench["arm_mass"] / 2) * GRAVITY * bench["length"]}
     control = {}
     if drive:
-        nominal["inertia"] = DRIVES[drive].nominal["inertia"] + swung
-        control["proportional"] = DRIVES[drive].control["proportional"] * bench["kp"] / FIRMWARE_GAIN
+        known = DRIVES[drive]
+        supply = bench["vin"] / known.volts if known.volts else 1.0  # gain and limit are of pulse widths
+        nominal["inertia"] = known.nominal["inertia"] + swung
+        control["limit"] = known.control["limit"] * supply
+        control["proportional"] = known.control["proportional"] * supply * bench["kp"] / known.firmware_gain
     left_out = {"load": "a register of the pulse width, no torque", "temp": "not modelled"}
     return [JointTable(path.stem, columns, drive, nominal, control, left_out)]
 
 
 def _log(file: Path) -> dict[str, Any]:
     try:
-        log = json.loads(file.read_text())
-        bench = {key: number(log, key, str(file), 0.0, LARGEST) for key in ("mass", "length", "kp", "vin")}
+        log = {"arm_mass": 0.0} | json.loads(file.read_text())
+        bench = {key: number(log, key, str(file), 0.0, LARGEST) for key in ("mass", "arm_mass", "length", "kp", "vin")}
         return {**log, **bench, "motor": str(log["motor"])}
     except OSError as error:
         raise UserError(f"{file}: cannot be read ({error.strerror})") from error

@@ -15,7 +15,9 @@ class ImportOptions:
     """What logs do not say."""
 
     joint: str = option("", "The one joint that is wanted, by its name in the log; all if empty.")
-    drive: str = option("", "What the simulator believes of the drive: sts3215, sts3250; the source's own if empty.")
+    drive: str = option(
+        "", "What the simulator believes of the drive, such as sts3215 or xl330; the source's own if empty."
+    )
     nominal: dict[str, float] = option({}, "As in recording.yaml, over the drive's: +nominal={inertia: 0.03}.")
     control: dict[str, float] = option({}, "The law of a position servo, likewise: +control={proportional: 12}.")
     units: str = option("rotary", "Of the joint.", choices=("rotary", "linear"))
