@@ -73,16 +73,18 @@ class Assessor:
         return self._assessed
 
     def fit(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> dict[Names, float]:
-        """In-sample log-likelihood (nats) of sets, each fitted to all segments from a start; for ranking only.
+        """In-sample log-likelihood (nats) of sets, each fitted to all segments from its starts; for ranking only.
 
-        A set that was fitted before is fitted again where the start turns out to be likelier than its fit.
+        The likeliest of a set's fits counts: sets grown from different parents end in different optima. A set that was
+        fitted before is fitted again from a start that is likelier than its fit, be it one of fewer names.
         """
-        todo = dict(reversed(list(wanted)))  # the first start of each set
-        new = [each for each in todo.items() if each[0] not in self._fitted or self._likelier(*each)]
+        todo = list({(names, id(start)): (names, start) for names, start in wanted}.values())
+        new = [each for each in todo if each[0] not in self._fitted or self._likelier(*each)]
         for (names, _), result in zip(new, self._parallel(self._fit, new), strict=True):
-            self._fitted[names] = result
-            self._assessed.pop(names, None)
-        return {names: self._fitted[names][1] for names in todo}
+            if names not in self._fitted or result[1] > self._fitted[names][1]:
+                self._fitted[names] = result
+                self._assessed.pop(names, None)
+        return {names: self._fitted[names][1] for names, _ in todo}
 
     def assess(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> list[Assessment]:
         """Sets with their scores, in the order asked for."""
@@ -166,8 +168,6 @@ class Assessor:
         return assessment.rest <= self.cfg.tolerance * self.one(frozenset()).rest
 
     def _likelier(self, names: Names, start: Hypothesis) -> bool:
-        if not names <= start.values.keys() | start.extra.keys():
-            return False
         fitted, loglik = self._fitted[names]
         if start is fitted:
             return False

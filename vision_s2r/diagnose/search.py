@@ -11,6 +11,7 @@ COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
 MUCH = 0.33  # of the gap: effects that leave no more do much work
+ROUGH = 0.25  # of what is left without an effect of roughly known form: what its form may be to blame for
 ALIKE = 0.08  # of its size, by which a true effect may differ with a stand-in for something unknown and without
 
 
@@ -151,13 +152,15 @@ class Search:
     def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
         """Without those of the doubtful names that are not worth their name beside the others.
 
-        The one that the fit misses least is held out; where that is worth its name, so are the others.
+        The one that the fit misses least is held out; where that is worth its name, so are the others. Nor are several
+        shed that are worth their names together.
         """
+        whole = found
         while removable := sorted(found.names & doubtful):
             slight = [name for name in removable if self._case.negligible(found.hypothesis, name)]
             scores = self._assessor.fit((found.names - {name}, found.hypothesis) for name in (slight or removable))
             least = self._assessor.one(max(scores, key=lambda names: scores[names]))
-            if not slight and self._assessor.worth(found, least):
+            if not slight and (self._assessor.worth(found, least) or self._assessor.worth(whole, least)):
                 break
             found = least
         return found
@@ -269,8 +272,12 @@ class Search:
         return max(gains.values(), default=0.0) < self._cfg.promising
 
     def _slight(self, found: Assessment) -> bool:
-        """Whether what is left is little beside the gap, and an effect is named whose form is only roughly known."""
-        return bool(found.names & self._case.rough) and self._assessor.little(found)
+        """Whether what is left is little beside the gap, and beside what a named effect of roughly known form does."""
+        if not self._assessor.little(found):
+            return False
+        rough = sorted(found.names & self._case.rough)
+        without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in rough])
+        return any(found.rest <= ROUGH * less.rest for less in without)
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""

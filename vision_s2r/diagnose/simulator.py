@@ -106,7 +106,8 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
     found, weak = settled.found, []
     for name in sorted(found.effects - frozenset(case.certain)):
         share, firm = settled.share(name), name in settled.firm
-        little = is_slight(share) and (firm or not _needed(assessor, found, name))
+        open_ended = _open(found) and not assessor.cfg.plain
+        little = is_slight(share) and (firm or open_ended or not _needed(assessor, found, name))
         vague = _open(found) and case.guessed and not _known(case, found.final, name)
         vain = bool(case.refitted) and name not in case.refitted and _as_believed(case, found.final, name)
         if little or _of_noise(assessor, found, name, share) or vague or vain:
@@ -193,9 +194,17 @@ def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator, fi
         fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
         without = _of(case, assessor, fitted, fitted.names).error
         relief, rest = without - simulator.error, without - floor
-        if relief.mean() < least * rest.mean() or lower_bound(relief, SURE, assessor.seed) <= 0:
+        large = relief.mean() >= least * rest.mean() and lower_bound(relief, SURE, assessor.seed) > 0
+        if not (large or _everywhere(assessor, simulator, fitted)):
             idle[name] = float(relief.mean())
     return min(idle, key=lambda name: (idle[name], name), default=None)
+
+
+def _everywhere(assessor: Assessor, simulator: Simulator, without: Assessment) -> bool:
+    """Whether a simulator leaves half of what is left without a name, or less, of segments that count alike."""
+    of = simulator.assessment
+    alone = of.names == simulator.names  # nothing unknown beside it
+    return alone and assessor.most(of, without) and assessor.gain(of, without).low > 0
 
 
 def _stated(
