@@ -111,7 +111,7 @@ class Search:
     def _children(self, beam: list[Assessment], size: int) -> list[Assessment]:
         """Sets one larger than those of the beam, and proposed ones of that size; the best first.
 
-        What several parents lead to starts from the likeliest of them.
+        What several parents lead to starts from the likeliest of them, and from others that are about as likely.
         """
         grown = []
         for place, parent in enumerate(beam, start=1):
@@ -121,7 +121,11 @@ class Search:
         likely = self._assessor.fit((parent.names, parent.hypothesis) for parent in beam)
         grown.sort(key=lambda each: -likely[each[0].names])
         wanted = [(names, NOMINAL) for names in self._proposed(size)]
-        wanted += [(parent.names | {name}, parent.hypothesis) for parent, name in grown]
+        likeliest = {names: np.inf for names, _ in wanted}
+        for parent, name in grown:
+            names = parent.names | {name}
+            if likely[parent.names] > likeliest.setdefault(names, likely[parent.names]) - self._cfg.promising:
+                wanted.append((names, parent.hypothesis))
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))
         if not self._cfg.hidden and self._assessor.adequate(beam[0]):  # held out, less is gained than in the fit

@@ -118,10 +118,12 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
 def _with_causes(case: Case, settled: Settled) -> Settled:
     """With the guessed parameters that are causes."""
     found, simulator = settled.found, settled.simulator
-    causes = _causes(case, simulator, settled.gap, settled.parts) - found.effects
+    # Names that are sure beside something unknown may be in no simulator: then theirs is the fit that counts.
+    final = simulator.assessment if found.effects <= simulator.names else found.final
+    causes = (_causes(case, simulator, settled.gap, settled.parts) - found.effects) & final.names
     if not causes:
         return settled
-    found = replace(found, final=simulator.assessment, effects=found.effects | causes)
+    found = replace(found, final=final, effects=found.effects | causes)
     return replace(settled, found=found, stated=settled.stated | {name: settled.parts[name] for name in causes})
 
 

@@ -11,6 +11,7 @@ EXPERTS = {
     "emps": "asymmetric friction: a screw that is worn (Janot, Gautier, Brunot 2019)",
     "so101": "gains and damping are not the model's; the bus and the firmware take 15 to 20 ms",
     "sts3250": "friction that grows with the load (Duclusaud et al. 2024), and no back-EMF where the drive is off",
+    "xl330": "friction that grows with the load, by 0.2 of the motor's torque and 0.1 to 0.3 of the load's (BAM's M6)",
 }
 
 
