@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.diagnose.search import Found
+from vision_s2r.diagnose.search import COINCIDENCE, Found
 from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
@@ -149,9 +149,12 @@ def _without(assessor: Assessor, found: Found, name: str) -> Found:
 def _firm(assessor: Assessor, found: Found) -> Names:
     """Effects that are sure beside something unknown: with them predictions leave little, without one they leave more.
 
-    What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them.
+    What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them. Beside a
+    coincidence of unknowns nothing is sure.
     """
     if not (found.unknown and (assessor.adequate(found.final) or assessor.little(found.final))):
+        return frozenset()
+    if len(found.unknown) >= COINCIDENCE:
         return frozenset()
     return frozenset(name for name in found.effects if _needed(assessor, found, name))
 
