@@ -1,5 +1,6 @@
 """What the core makes of recordings whose truth is known, whatever their kind."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,8 @@ from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
-from vision_s2r.diagnose.simulator import settle
+from vision_s2r.diagnose.simulator import _of, _with_causes, settle
+from vision_s2r.fit.case import Hypothesis, Names, Segments
 
 
 def diagnosed(y: np.ndarray, beside: bool = False, known: bool = False, **case: Any) -> dict[str, Any]:
@@ -215,3 +217,33 @@ def test_the_same_seed_gives_the_same_report() -> None:
 def test_an_effect_whose_size_may_be_nothing_beside_nominal_values_has_no_name(reach: float, named: list[str]) -> None:
     report = diagnosed(recording(3, step=0.5), reach=reach)
     assert [effect["name"] for effect in report["effects"]] == named
+
+
+def test_a_cause_is_stated_beside_a_name_that_no_free_run_holds() -> None:
+    it = Curves(recording(1, slope=3.0, wave=0.3), guessed=frozenset({"slope"}))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    settled = settle(it, assessor, Search(it, assessor).run())
+    assert settled.found.effects == {"slope", "wave"}
+    base = assessor.one(it.refitted)  # a simulator that is better without the wave, as one beside something unknown
+    found = replace(settled.found, effects=frozenset({"wave"}))
+    without = replace(settled, found=found, simulator=_of(it, assessor, base, base.names))
+    stated = _with_causes(it, without)
+    assert stated.found.effects == {"slope", "wave"}
+    assert all(name in stated.source(name)[0].values for name in stated.found.effects)
+
+
+def test_a_set_is_fitted_again_from_a_likelier_fit_of_fewer_names() -> None:
+    class Stuck(Curves):
+        """Whose fit from nothing ends in an optimum that is none, but for a single name."""
+
+        def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+            found = super().fit(names, segments, start)
+            if len(names) > 1 and not (start and any(each["size"] for each in start.values.values())):
+                return replace(found, values={name: {"size": 0.0} for name in found.values})
+            return found
+
+    assessor = Assessor(Stuck(recording(1, wave=0.5, curve=0.4)), SearchConfig(), jobs=1, seed=0)
+    pair = frozenset({"wave", "curve"})
+    stuck = assessor.one(pair).score
+    single = assessor.one(frozenset({"wave"}))
+    assert assessor.one(pair, single.hypothesis).score > max(stuck, single.score) + 10

@@ -124,7 +124,7 @@ class Search:
         likeliest = {names: np.inf for names, _ in wanted}
         for parent, name in grown:
             names = parent.names | {name}
-            if likely[parent.names] > likeliest.setdefault(names, likely[parent.names]) - self._cfg.promising:
+            if likely[parent.names] >= likeliest.setdefault(names, likely[parent.names]) - self._cfg.promising:
                 wanted.append((names, parent.hypothesis))
         scores = self._assessor.fit(wanted)
         starts = dict(reversed(wanted))
