@@ -12,10 +12,12 @@ import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET
 from vision_s2r.arm.model import opened
-from vision_s2r.diagnose.arm_report import SettledArm, commands, held_out, report
+from vision_s2r.diagnose.arm_report import IMPROBABLE, SettledArm, commands, held_out, report
+from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose, open_case
+from vision_s2r.diagnose.report import OPEN
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns
@@ -155,12 +157,35 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
         likely = _likely(runs, made, name, near, weight, own, jobs)
         if likely != near:
             made = problems(recording, motions(runs, likely), weight)
-        parts[name] = diagnose(made.joints[name], own, jobs)
+        parts[name] = _of_joint(made.joints[name], own, jobs)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
         near = min(likely, told, key=lambda each: runs.error(name, each))
         if near != likely:
             made = problems(recording, motions(runs, near), weight)
     return SettledArm(whole, made, {name: parts[name] for name in recording.joints})
+
+
+def _of_joint(joint: JointRecording, cfg: DiagnoseConfig, jobs: int) -> Diagnosis:
+    """A joint's diagnosis without a constant torque, unless that explains all that is left then.
+
+    Where something is left in any case, a constant torque does the work of a gain, or of a friction under load, in
+    postures like those of the recording, and in no others.
+    """
+    found = diagnose(joint, _without(cfg, IMPROBABLE), jobs)
+    if found.to_dict()["verdict"] not in OPEN or IMPROBABLE in cfg.withhold:
+        return found
+    case = open_case(joint, cfg.withhold, jobs)
+    assessor = Assessor(case, cfg.joint, jobs, cfg.seed)
+    with case.session():
+        least = assessor.one(found.settled.simulator.names, found.settled.simulator.hypothesis)
+        pulled = assessor.one(least.names | {IMPROBABLE}, least.hypothesis)
+        much = assessor.most(pulled, least)
+    other = diagnose(joint, cfg, jobs) if much else found
+    return other if other.to_dict()["verdict"] not in OPEN else found
+
+
+def _without(cfg: DiagnoseConfig, name: str) -> DiagnoseConfig:
+    return replace(cfg, withhold=sorted({*cfg.withhold, name}))
 
 
 def _likely(
@@ -175,7 +200,7 @@ def _likely(
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
-        case = open_case(made.joints[joint], cfg.withhold, jobs)
+        case = open_case(made.joints[joint], _without(cfg, IMPROBABLE).withhold, jobs)
         assert isinstance(case, JointCase)
         guess = best | made.of_arm(joint, case.likely.values)
         if runs.error(joint, guess) > NEARER * runs.error(joint, best):

@@ -11,7 +11,7 @@ from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis
-from vision_s2r.diagnose.report import ALTERNATIVES
+from vision_s2r.diagnose.report import ALTERNATIVES, OPEN
 from vision_s2r.diagnose.simulator import is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
@@ -23,6 +23,7 @@ from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.reading import FORMAT
 from vision_s2r.statistics import shapley
 
+IMPROBABLE = "bias_torque"  # of a joint whose bodies weigh what the model says: what pulls beside them is a spring
 WORDS = (
     "position of all joints in a free run of the whole arm from each episode's first row to its end, "
     "on stretches that no fit has seen"
@@ -197,7 +198,7 @@ def _told(settled: SettledArm, parts: Mapping[str, Mapping[str, Any]], errors: _
         values = (*part.get("refitted", []), *map(_value, slight))
         told.refitted.extend(_of_joint(settled, name, each) for each in values)
         undecided = {effect["name"] for effect in slight} | gone
-        told.candidates.extend(_line(each, name, undecided) for each in part["candidates"])
+        told.candidates.extend(_line(each, name, undecided) for each in [*part["candidates"], *_untried(part, cfg)])
         told.alternatives.extend(
             each | {"effects": [label(effect, name) for effect in each["effects"]]} for each in part["alternatives"]
         )
@@ -213,6 +214,14 @@ def _line(candidate: Mapping[str, Any], joint: str, slight: Collection[str]) -> 
     """What a joint's report says of an effect; what is real for the joint alone stays undecided for the arm."""
     undecided = {"status": "undecided"} if candidate["name"] in slight else {}
     return {**candidate, "joint": joint, **undecided}
+
+
+def _untried(part: Mapping[str, Any], cfg: DiagnoseConfig) -> list[dict[str, Any]]:
+    """A line for what a joint was diagnosed without: it is not told from what was found where something is left."""
+    status = "undecided" if part["verdict"] in OPEN else "absent"
+    known = {*cfg.withhold, *(each["name"] for each in part["candidates"])}
+    line = {"name": IMPROBABLE, "status": status, "evidence": 0.0, "confusable_with": []}
+    return [] if IMPROBABLE in known else [line]
 
 
 def _errors(runs: FreeRuns, settled: SettledArm, held_out: Mapping[str, Any], seed: int) -> _Errors:
