@@ -56,6 +56,20 @@ def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(t
     assert np.abs(moved - recording.position[0]).max() < 0.1 * np.abs(free_run(recording, {})[0, ..., 0] - moved).max()
 
 
+def test_a_constant_torque_is_named_where_it_explains_all_and_only_there():
+    pulled = an_arm({"elbow": {"bias_torque": {"value": 0.4}}})
+    report = diagnose_arm(pulled, QUICK).to_dict()
+    assert [(each["joint"], each["name"]) for each in report["effects"]] == [("elbow", "bias_torque")]
+    assert report["effects"][0]["parameters"]["value"]["value"] == pytest.approx(0.4, rel=0.02)
+    # With a friction that no name of this search is, something is left, and such a torque is no cause.
+    both = {"bias_torque": {"value": 0.4}, "stribeck_friction": {"static": 1.2, "velocity": 0.1}}
+    left = diagnose_arm(an_arm({"elbow": both}), QUICK).to_dict()
+    assert left["joints"]["elbow"]["verdict"] in ("partly_explained", "unexplained")
+    assert "bias_torque" not in [each["name"] for each in left["effects"]]
+    line = next(each for each in left["candidates"] if (each["joint"], each["name"]) == ("elbow", "bias_torque"))
+    assert line["status"] == "undecided"
+
+
 def test_a_payload_is_found_over_all_joints_and_a_right_arm_has_no_gap(tmp_path):
     payload = {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}
     report = diagnose_arm(an_arm(whole={"payload": payload}), QUICK).to_dict()
