@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.assess import SURE, Assessment, Assessor
 from vision_s2r.diagnose.search import COINCIDENCE, Found
 from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
@@ -18,7 +18,6 @@ from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.statistics import lower_bound, shapley
 
 BETTER = 0.95  # times the error, that another simulator must leave to be preferred to the one that was found first
-SURE = 0.975  # of what an effect brings where something is left: the lower end of an interval of 95 %
 LEAST_SHARE = 0.01  # of the gap, that the interval of a name's share must not reach below …
 LARGE_SHARE = 0.05  # … unless its share is this large: one that few episodes show reaches 0 by their draw alone …
 LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
