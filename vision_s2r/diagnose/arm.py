@@ -42,6 +42,7 @@ LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this par
 MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
 MANY = 100  # parameters, more than any of these has
 MOST = 3  # of them at once
+SPRINGS = 2  # joints at most, that a spring pulls at
 RIVALS = 3  # of these sets that the joints are searched beside
 ALIKE = 1.03  # times what the best of them leaves, and another one is not told from it
 
@@ -104,7 +105,8 @@ def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
         alone = each.left < REMARKABLE or tried[-1].cost == (0, len(each.forms))
         if alone and tried[-1].cost[0] == 0 and off > 1:
             return tried[-1]
-    return min([*tried, _under((), runs, cfg, jobs)], key=lambda settled: settled.cost)
+    bare = _with_springs(_under((), runs, cfg, jobs), cfg, jobs)
+    return min([*tried, bare], key=lambda settled: settled.cost)
 
 
 def _of_whole(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit]) -> list[RoughWhole]:
@@ -146,8 +148,7 @@ def _forms(recording: ArmRecording, cfg: DiagnoseConfig) -> list[WholeForm]:
 def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
     """The joints, the worst first: what it has is in the motion that loads the others."""
     recording = runs.recording
-    withheld = {*NOT_OF_ARMS, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
-    own = replace(cfg, withhold=sorted(withheld))
+    own = _of_joints(cfg, IMPROBABLE)
     weight = {name: given for each in whole for name, given in each.values.items()}
     near, made = dict(weight), problems(recording, motions(runs, weight), weight)
     parts: dict[str, Diagnosis] = {}
@@ -157,7 +158,7 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
         likely = _likely(runs, made, name, near, weight, own, jobs)
         if likely != near:
             made = problems(recording, motions(runs, likely), weight)
-        parts[name] = _of_joint(made.joints[name], own, jobs)
+        parts[name] = diagnose(made.joints[name], own, jobs)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
         near = min(likely, told, key=lambda each: runs.error(name, each))
         if near != likely:
@@ -165,27 +166,38 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
     return SettledArm(whole, made, {name: parts[name] for name in recording.joints})
 
 
-def _of_joint(joint: JointRecording, cfg: DiagnoseConfig, jobs: int) -> Diagnosis:
-    """A joint's diagnosis without a constant torque, unless that explains all that is left then.
+def _with_springs(settled: SettledArm, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
+    """With constant torques on joints, where there are few of which they explain all that is left.
 
     Where something is left in any case, a constant torque does the work of a gain, or of a friction under load, in
     postures like those of the recording, and in no others.
     """
-    found = diagnose(joint, _without(cfg, IMPROBABLE), jobs)
-    if found.to_dict()["verdict"] not in OPEN or IMPROBABLE in cfg.withhold:
-        return found
-    case = open_case(joint, cfg.withhold, jobs)
+    unexplained = [name for name, part in settled.parts.items() if part.verdict in OPEN]
+    if IMPROBABLE in cfg.withhold or len(unexplained) > SPRINGS:
+        return settled
+    pulled = {name: _pulled(settled.problems.joints[name], settled.parts[name], cfg, jobs) for name in unexplained}
+    return replace(settled, parts={**settled.parts, **pulled})
+
+
+def _pulled(joint: JointRecording, found: Diagnosis, cfg: DiagnoseConfig, jobs: int) -> Diagnosis:
+    """A joint's diagnosis with a constant torque, where that takes away most of what is left, and all in the end."""
+    own = _of_joints(cfg)
+    case = open_case(joint, own.withhold, jobs)
     assessor = Assessor(case, cfg.joint, jobs, cfg.seed)
+    simulator = found.settled.simulator
     with case.session():
-        least = assessor.one(found.settled.simulator.names, found.settled.simulator.hypothesis)
+        least = assessor.one(simulator.names, simulator.hypothesis)
         pulled = assessor.one(least.names | {IMPROBABLE}, least.hypothesis)
-        much = assessor.most(pulled, least)
-    other = diagnose(joint, cfg, jobs) if much else found
-    return other if other.to_dict()["verdict"] not in OPEN else found
+        if not assessor.most(pulled, least):
+            return found
+    other = diagnose(joint, own, jobs)
+    return found if other.verdict in OPEN else other
 
 
-def _without(cfg: DiagnoseConfig, name: str) -> DiagnoseConfig:
-    return replace(cfg, withhold=sorted({*cfg.withhold, name}))
+def _of_joints(cfg: DiagnoseConfig, *names: str) -> DiagnoseConfig:
+    """The configuration of a joint's own diagnosis, without these effects."""
+    withheld = {*NOT_OF_ARMS, *names, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
+    return replace(cfg, withhold=sorted(withheld))
 
 
 def _likely(
@@ -200,7 +212,7 @@ def _likely(
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
-        case = open_case(made.joints[joint], _without(cfg, IMPROBABLE).withhold, jobs)
+        case = open_case(made.joints[joint], cfg.withhold, jobs)
         assert isinstance(case, JointCase)
         guess = best | made.of_arm(joint, case.likely.values)
         if runs.error(joint, guess) > NEARER * runs.error(joint, best):
