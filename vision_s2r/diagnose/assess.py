@@ -12,6 +12,7 @@ from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
 from vision_s2r.statistics import lower_bound
 
 MAIN = 0.5  # of a rest
+FEW = 12  # blocks
 SURE = 0.975  # the lower end of an interval of 95 %
 HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
 SEEN = 0.2  # of what there is over the floor
@@ -121,8 +122,9 @@ class Assessor:
         difference = (more.loglik - less.loglik) / dispersion
         relief = less.rest - more.rest
         share = relief / less.rest if less.rest > 0 else 0.0
-        # Few blocks are sure of nothing: of most of what is left less certainty is asked.
-        level = self.cfg.confidence if share <= MAIN else min(SURE, self.cfg.confidence)
+        # Few blocks are sure of nothing: of most of what is left less certainty is asked of them.
+        few = len(difference) < FEW and share > MAIN
+        level = min(SURE, self.cfg.confidence) if few else self.cfg.confidence
         return Gain(float(difference.sum()), lower_bound(difference, level, self.seed), relief, share)
 
     def worth(self, more: Assessment, less: Assessment) -> bool:
