@@ -247,3 +247,11 @@ def test_a_set_is_fitted_again_from_a_likelier_fit_of_fewer_names() -> None:
     stuck = assessor.one(pair).score
     single = assessor.one(frozenset({"wave"}))
     assert assessor.one(pair, single.hypothesis).score > max(stuck, single.score) + 10
+
+
+@pytest.mark.parametrize(("step", "verdict"), [(3.0, "explained"), (0.3, "partly_explained")])
+def test_a_rough_form_is_to_blame_for_little_of_what_it_does_and_for_no_more(step: float, verdict: str) -> None:
+    y = recording(7, wave=10.0, step=step) + 0.3 * np.sin(37 * np.pi * T)  # which no name is
+    found = diagnosed(y, rough=frozenset({"step"}), discrepancies={})
+    assert found["verdict"] == verdict
+    assert ("step" in names(found)) == (verdict == "explained")  # a hundredth of the gap is no name beside a rest
