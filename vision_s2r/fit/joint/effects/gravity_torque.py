@@ -6,14 +6,11 @@ from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import JointTrack
 
-WEIGHED = 0.05  # of a weight that a servo's simulator has, which somebody weighed; of other weights less is known
-
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
-    s, believed = track.scales, abs(track.nominal.gravity_torque)
-    prior = min(0.5 * s.torque, WEIGHED * believed) if track.servo and believed else 0.5 * s.torque
-    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, prior)]
+    s = track.scales
+    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
