@@ -148,6 +148,11 @@ class Assessor:
         gain = self.gain(more, less)
         return gain.nats > self.cfg.promising and gain.share > MAIN
 
+    def surely_most(self, more: Assessment, less: Assessment) -> bool:
+        """Whether most of what `less` leaves is gone, and surely so."""
+        gain = self.gain(more, less)
+        return self._sure(gain) and gain.share > MAIN
+
     def shows(self, more: Assessment, less: Assessment) -> bool:
         """Whether a flexible unknown shows where the floor is reached in the mean: in few places, but plainly."""
         return self.adequate(less) and self._sure(self.gain(more, less))

@@ -208,7 +208,7 @@ def _everywhere(assessor: Assessor, simulator: Simulator, without: Assessment) -
     """Whether a simulator leaves half of what is left without a name, or less, of segments that count alike."""
     of = simulator.assessment
     alone = of.names == simulator.names  # nothing unknown beside it
-    return alone and assessor.most(of, without) and assessor.gain(of, without).low > 0
+    return alone and assessor.surely_most(of, without)
 
 
 def _stated(

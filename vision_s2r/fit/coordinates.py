@@ -26,6 +26,7 @@ class ParameterRange:
     step: float
     log: bool = False
     prior: float = math.inf  # standard deviation about what is believed, or about where it starts if nothing is
+    firmer: float = math.inf  # its standard deviation at most, where a simulator is known to lack something
     above: str | None = None  # nominal parameter that this one is measured from
 
     def coded(self, value: float) -> float:

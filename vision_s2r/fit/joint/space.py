@@ -14,8 +14,6 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.joint import COLUMNS, DYNAMICS, Tables, pack
 
-# Of a weight that a servo's simulator has, which was weighed: believed to so much where the simulator lacks something.
-WEIGHED = 0.05
 INDEX = {column: k for k, column in enumerate(COLUMNS)}
 
 
@@ -66,10 +64,9 @@ class JointSpace(Coordinates):
             )
             for what in ("low", "high", "step", "prior")
         )
-        weight = abs(track.nominal.gravity_torque)
-        if track.servo and weight and repeats > 1:
-            weighed = [k for k, name in enumerate(self.owner) if name == "gravity_torque"]
-            self.prior[weighed] = np.minimum(self.prior[weighed], WEIGHED * weight)
+        if repeats > 1:
+            for k, c in enumerate(self.coordinates):
+                self.prior[k] = min(self.prior[k], c.firmer)
         nominal = [
             c.coded(getattr(track.nominal, c.effect)) if c.effect in DYNAMICS else np.nan for c in self.coordinates
         ]

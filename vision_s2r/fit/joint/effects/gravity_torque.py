@@ -1,16 +1,22 @@
 """How the weight of the load is fitted."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 
 from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import JointTrack
 
+WEIGHED = 0.05  # of a weight that a servo's simulator has, which was weighed; of other weights less is known
+
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
-    s = track.scales
-    return [linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque)]
+    s, weight = track.scales, abs(track.nominal.gravity_torque)
+    plain = linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque)
+    return [replace(plain, firmer=WEIGHED * weight if track.servo and weight else math.inf)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
