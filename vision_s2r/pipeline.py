@@ -37,17 +37,13 @@ def run(cfg: Config) -> Path:
     return Path(table.out) / "index.html"
 
 
-def render_sets(cfg: Config, real: bool = False) -> None:
-    """Render what is missing of the training, validation and test scenes; and of the `real` ones that robots record.
+def render_sets(cfg: Config, *names: str) -> None:
+    """Render what is missing of these sets of cfg.data; without names, of those that `train` and `evaluate` read.
 
     Raises UserError as `render` does.
     """
-    render(cfg.scene, cfg.data.pairs)
-    render(cfg.scene, cfg.data.train)
-    render(cfg.scene, cfg.data.validation)
-    render(test_scene(cfg), cfg.data.test)
-    if real:
-        render(cfg.scene, cfg.data.real)
+    for name in names or ("pairs", "train", "validation", "test"):
+        render(test_scene(cfg) if name == "test" else cfg.scene, getattr(cfg.data, name))
 
 
 def test_scene(cfg: Config) -> SceneConfig:

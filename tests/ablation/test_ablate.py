@@ -53,6 +53,10 @@ def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch
     assert exit_code(run, "ablation.variants=[perceptual_alon]") == 2
     assert "no variant 'perceptual_alon', did you mean 'perceptual_alone'?" in capsys.readouterr().err
 
+    look = "+ablation.definitions.perceptual_alone.changes.network={look: 1}"
+    assert exit_code(run, asked, "ablation.policy=[bin-64]", look) == 2
+    assert "translate has no key 'network.look', did you mean 'looks'?" in capsys.readouterr().err
+
     step_of = Rcan.training_step
 
     def killed(self: Rcan, batch, step):

@@ -1,6 +1,7 @@
 """What the ablation is told."""
 
 from dataclasses import dataclass
+from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
@@ -11,10 +12,12 @@ from vision_s2r.options import option
 
 @dataclass
 class VariantConfig:
-    """One way to train: a family of translators, and the weights of its loss that differ from the configuration."""
+    """One way to train: a family of translators, and what of it differs from the configuration."""
 
     family: str = option("paired", "Of translators.")
-    loss: dict[str, float] = option({}, "Weights of its loss that differ from the configuration's.")
+    changes: dict[str, Any] = option(
+        {}, "By group (loss, network, training) or key of the family's configuration: what differs from it."
+    )
 
 
 @dataclass

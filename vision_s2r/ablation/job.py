@@ -40,6 +40,11 @@ def jobs(cfg: AblationStudyConfig) -> dict[str, list[AblationStudyConfig]]:
     }
 
 
+def changed(cfg: AblationStudyConfig) -> AblationStudyConfig:
+    """cfg as its variant changes it. Raises UserError where a change cannot be."""
+    return family_of(cfg.ablation).changed(cfg, cfg.ablation.definitions[cfg.ablation.variant].changes)
+
+
 def run(cfg: AblationStudyConfig) -> Path:
     """Train and evaluate `cfg.ablation.variant` with `cfg.ablation.seed` in OUT/VARIANT-SEED; returns the result.
 
@@ -88,7 +93,7 @@ def _configured(cfg: AblationStudyConfig) -> AblationStudyConfig:
         raise UserError("ablation.variant or ablation.policy is empty: expected both in a job")
     policy = cfg.ablation.policy[cfg.ablation.seed - cfg.seed]
     cfg = replace(cfg, translate=replace(cfg.translate, q_function=policy))
-    return family_of(cfg.ablation).changed(cfg, cfg.ablation.definitions[cfg.ablation.variant].loss)
+    return changed(cfg)
 
 
 def _settings(cfg: AblationStudyConfig) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from vision_s2r import parallel, pipeline
 from vision_s2r.ablation import job, picture
 from vision_s2r.ablation.config import AblationStudyConfig, check
+from vision_s2r.ablation.families import needed
 from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.cli import compose, log_to_terminal, run
 from vision_s2r.progress import tracked
@@ -38,7 +39,9 @@ def prepared(cfg: AblationStudyConfig) -> AblationStudyConfig:
     """Render and train what all jobs share; cfg with a policy for each seed. Raises UserError as they do."""
     log_to_terminal()
     check(cfg.ablation, cfg.seeds)
-    pipeline.render_sets(cfg, real=True)
+    for first, *_ in job.jobs(cfg).values():
+        job.changed(first)  # a mistake is said before hours of training
+    pipeline.render_sets(cfg, *needed(cfg.ablation))
     return replace(cfg, ablation=replace(cfg.ablation, policy=cfg.ablation.policy or pipeline.canonical_policies(cfg)))
 
 
