@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.diagnose.stand_in import Curves, T, recording
+from tests.diagnose.stand_in import CURVES, DISCREPANCIES, Curves, T, recording
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
@@ -178,6 +178,15 @@ def test_an_effect_that_does_most_of_what_an_unknown_leaves_stands_though_its_fo
         "step"
     }
     assert not names(diagnosed(recording(5, step=0.1, other=unknown + 0.2 * np.sin(40 * np.pi * T)), known=True))
+
+
+def test_an_unknown_that_bears_out_some_of_the_effects_takes_the_place_of_the_others() -> None:
+    """Be it that they leave much more than it does, or that it leaves nothing and they are more."""
+    more = recording(5, step=2.0, other=np.cos(2 * np.pi * T) + 0.06 * np.sin(40 * np.pi * T))
+    assert names(diagnosed(more, known=True, beside=True)) == {"step"}
+    smooth = DISCREPANCIES["anything smooth"].T
+    unknown = smooth @ np.linalg.lstsq(smooth, 0.2 * np.cos(2 * np.pi * T) + 0.2 * CURVES["step"], rcond=None)[0]
+    assert names(diagnosed(recording(5, wave=1.0, other=unknown), known=True, beside=True)) == {"wave"}
 
 
 def test_where_a_proposed_set_leaves_nothing_no_rivals_of_its_size_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -175,8 +175,10 @@ class Search:
         Where nothing is left, one unknown function may still be the simpler story than a coincidence of effects. Also
         returns the unknowns that take something off.
         """
-        rival = self._rival(base)
-        if self._strong(named, rival, base):
+        rival, grown = self._rival(base)
+        # An unknown beside which some of the named effects show, and no others, takes the place of the rest of them.
+        part = grown.names & self._effects < named.names & self._effects
+        if self._strong(named, grown if part else rival, base):
             # Beside something flexible enough to do their work, their parameters would be anybody's guess.
             found, hints = named, self._extended(named, Names()).names
         else:
@@ -195,12 +197,12 @@ class Search:
             return rival
         return self._shed(self._assessor.one(named.names | rival.names, named.hypothesis), self._effects)
 
-    def _rival(self, base: Assessment) -> Assessment:
-        """The likeliest unknown; with the effects that show beside it, where nothing is left then."""
+    def _rival(self, base: Assessment) -> tuple[Assessment, Assessment]:
+        """The likeliest unknown, with the effects that show beside it where nothing is left then, and with them."""
         rival = grown = self._beside(base)
         while known := self._known_beside(grown):
             grown = known
-        return grown if self._assessor.adequate(grown) else rival
+        return grown if self._assessor.adequate(grown) else rival, grown
 
     def _beside(self, found: Assessment) -> Assessment:
         """With the likeliest flexible unknown that it has not; as it is where it has them all."""
@@ -230,9 +232,13 @@ class Search:
         return more if self._assessor.gain(more, found).nats > enough else None
 
     def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
-        """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names."""
-        most = named.rest <= MOST * max(rival.rest, self._cfg.adequate) and named.rest <= MUCH * base.rest
-        return most and not self._assessor.adequate(named)
+        """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names.
+
+        Not against an unknown, and effects beside it, that leave nothing and are fewer.
+        """
+        if self._assessor.adequate(named) or (self._assessor.adequate(rival) and len(rival.names) < len(named.names)):
+            return False
+        return named.rest <= MOST * max(rival.rest, self._cfg.adequate) and named.rest <= MUCH * base.rest
 
     def _simpler(self, rival: Assessment, named: Assessment, base: Assessment) -> bool:
         """Whether the unknown, and what shows beside it, is a better story than the named effects.
