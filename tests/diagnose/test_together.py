@@ -11,8 +11,9 @@ from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
+from vision_s2r.fit.joint.free_run import free_run
 from vision_s2r.joint import NominalJoint, pack, simulate
-from vision_s2r.recording import JointRecording, write
+from vision_s2r.recording import JointRecording, read, split, write
 from vision_s2r.recording.joined import read_together
 
 QUICK = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, most=2)
@@ -45,6 +46,40 @@ def test_slow_and_fast_motion_together_have_one_simulator(tmp_path):
     assert path.parent == replayed and {key: gap[key] for key in ("before", "after")} == pytest.approx(
         {key: report["gap"][key] for key in ("before", "after")}, rel=1e-9
     )
+
+
+def test_a_servo_logged_at_two_gains_is_one_servo(tmp_path):
+    """Half and twice the gain say the same of its drive; one of the two alone is another simulator."""
+    nominal = NOMINAL | {
+        "torque_constant": 1.0,
+        "proportional_gain": 12.0,
+        "derivative_gain": 0.2,
+        "command_limit": 5.0,
+    }
+    target = np.repeat(np.random.default_rng(3).uniform(-0.6, 0.6, (2, 12)), 20, axis=1)
+    folders = []
+    for factor in (1.0, 2.5):
+        law = nominal | {name: factor * nominal[name] for name in ("proportional_gain", "derivative_gain")}
+        machine = pack(NominalJoint(**law), EFFECTS)[None]
+        times = np.broadcast_to(np.arange(240) * 0.01, target.shape)
+        position = simulate(machine, target, np.zeros((2, 2)), 0.01, times=times)[0, ..., 0]
+        one = JointRecording(law, 0.01, "rotary", target, position, None, np.full(2, 240), (0, 1))
+        folders.append(write(one, tmp_path / f"gain{factor}"))
+    both = read_together(folders)
+    assert both.nominal["proportional_gain"] == 12.0 and both.gains.tolist() == [1.0, 1.0, 2.5, 2.5]
+    np.testing.assert_allclose(free_run(both, EFFECTS)[..., 0], both.position, atol=1e-8)
+    again = read(write(both, tmp_path / "both"))
+    np.testing.assert_allclose(again.gains, both.gains)
+    assert split(again, [2, 0]).gains.tolist() == [2.5, 1.0]
+    rows = (tmp_path / "both" / "joint.csv").read_text().replace(",2.5\n", ",-2.5\n", 1)
+    (tmp_path / "both" / "joint.csv").write_text(rows)
+    with pytest.raises(
+        UserError, match=r"line 482: gain is -2\.5, expected one factor, more than 0, of control's gains"
+    ):
+        read(tmp_path / "both")
+    (tmp_path / "both" / "joint.csv").write_text(rows.replace(",-2.5\n", ",1\n", 1))
+    with pytest.raises(UserError, match=r"line 483: gain is 2\.5 after 1 in its episode"):
+        read(tmp_path / "both")
 
 
 def test_an_arms_recordings_are_one(tmp_path):

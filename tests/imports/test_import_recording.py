@@ -84,6 +84,10 @@ def test_a_pendulum_log_has_its_weight_and_its_supply(tmp_path):
         import_recording("bam", tmp_path, tmp_path / "again")
     assert recording.nominal["proportional_gain"] == 13.0 and recording.nominal["back_emf"] == 0.62
     np.testing.assert_allclose(recording.supply[0], np.where(T < 3, 0.95, 0.0))
+    # The same bench at two and a half times the gain.
+    (tmp_path / "a.json").write_text(json.dumps(log | {"kp": 40}))
+    recording = read(import_recording("bam", tmp_path, tmp_path / "gains")[0].folder)
+    assert recording.nominal["proportional_gain"] == 13.0 and recording.gains.tolist() == [2.5, 1.0]
     # Half the gain that is usual, one and a half times the data sheet's supply.
     other = log | {"motor": "xl330", "kp": 200, "vin": 7.5, "arm_mass": 0.3}
     (tmp_path / "a.json").write_text(json.dumps(other))

@@ -84,6 +84,8 @@ def _recording(folder: Path, cfg: LeRobotConfig) -> None:
     else:
         joints, robot = {"joint": recording}, "joint"
         names = {"joint": "joint" + (".pos" if recording.servo else ".current")}
+    if any(joint.gains is not None for joint in joints.values()):
+        raise UserError(f"{cfg.recording}: its servo had several gains, which the format cannot say")
     features = {"action": list(names.values()), "observation.state": [f"{name}.pos" for name in joints]}
     some = next(iter(joints.values()))
     optional = [key for key in ("velocity", "supply", "external") if getattr(some, key) is not None]

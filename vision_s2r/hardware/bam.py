@@ -111,11 +111,13 @@ def logs_of(recording: JointRecording) -> list[Log]:
     nominal = recording.nominal
     absent = {"gravity_torque": 0.0, "proportional_gain": 0.0, "command_limit": math.inf}
     drive = np.array([nominal["inertia"], *(nominal.get(name, value) for name, value in absent.items())])
+    gains = np.ones(len(recording)) if recording.gains is None else recording.gains
+    drives = [drive * np.array([1.0, 1.0, factor, 1.0]) for factor in gains]
     scale = 1.0 if recording.servo else nominal["torque_constant"]
     supply = np.ones_like(recording.command) if recording.supply is None else recording.supply
     rows = np.stack([recording.time, scale * recording.command, supply], axis=-1)
     return [
-        (drive, rows[k, :n], recording.first[k], recording.position[k, :n]) for k, n in enumerate(recording.lengths)
+        (drives[k], rows[k, :n], recording.first[k], recording.position[k, :n]) for k, n in enumerate(recording.lengths)
     ]
 
 

@@ -21,12 +21,16 @@ def load(path: Path, options: ImportOptions) -> list[JointTable]:
     if not files:
         raise UserError(f"{path}: no .json in it, expected BAM's logs")
     logs = [_log(file) for file in files]
-    bench = {key: logs[0][key] for key in ("mass", "arm_mass", "length", "kp", "vin", "motor")}
+    bench = {key: logs[0][key] for key in ("mass", "arm_mass", "length", "vin", "motor")}
+    gain = min(log["kp"] for log in logs)
     for file, log in zip(files, logs, strict=True):
         if any(log[key] != bench[key] for key in bench):
-            words = "motor, gain, supply, mass or length"
+            words = "motor, supply, mass or length"
             raise UserError(f"{file}: another {words} than {files[0].name}, expected one bench")
     parts = [_columns(log, k, file) for k, (log, file) in enumerate(zip(logs, files, strict=True))]
+    if gain > 0 and any(log["kp"] != gain for log in logs):
+        for log, part in zip(logs, parts, strict=True):
+            part["gain"] = np.full(len(part["t"]), log["kp"] / gain)
     columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     drive = bench["motor"] if bench["motor"] in DRIVES else ""
     swung = (bench["mass"] + bench["arm_mass"] / 3) * bench["length"] ** 2  # at the end of a uniform rod
@@ -37,7 +41,7 @@ def load(path: Path, options: ImportOptions) -> list[JointTable]:
         supply = bench["vin"] / known.volts if known.volts else 1.0  # gain and limit are of pulse widths
         nominal["inertia"] = known.nominal["inertia"] + swung
         control["limit"] = known.control["limit"] * supply
-        control["proportional"] = known.control["proportional"] * supply * bench["kp"] / known.firmware_gain
+        control["proportional"] = known.control["proportional"] * supply * gain / known.firmware_gain
     left_out = {"load": "a register of the pulse width, no torque", "temp": "not modelled"}
     return [JointTable(path.stem, columns, drive, nominal, control, left_out)]
 

@@ -37,10 +37,12 @@ class NominalJoint:
     derivative_gain: float = 0.0
     command_limit: float = math.inf
 
-    def asked(self, target: np.ndarray, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """What a position servo's law asks of its motor, u, in these states; all of one shape."""
+    def asked(
+        self, target: np.ndarray, position: np.ndarray, velocity: np.ndarray, gains: np.ndarray | float = 1.0
+    ) -> np.ndarray:
+        """What a position servo's law asks of its motor, u, in these states (of one shape), its gains times `gains`."""
         assert self.proportional_gain is not None
-        u = self.proportional_gain * (target - position) - self.derivative_gain * velocity
+        u = gains * (self.proportional_gain * (target - position) - self.derivative_gain * velocity)
         return np.clip(u, -self.command_limit, self.command_limit)
 
 
@@ -70,6 +72,7 @@ LONGEST_DELAY = 3600.0  # s
 
 _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 _INERTIA = COLUMNS.index("inertia")
+_PROPORTIONAL, _DERIVATIVE = COLUMNS.index("proportional_gain"), COLUMNS.index("derivative_gain")
 
 
 def _absent() -> np.ndarray:
@@ -138,6 +141,13 @@ def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndar
 def of_inertia(machine: JointMachine, inertia: float) -> JointMachine:
     """The same machine with another inertia."""
     return tuple_setitem(machine, _INERTIA, inertia)  # type: ignore[call-arg]  # its typing context is numba's
+
+
+@compiled
+def of_gains(machine: JointMachine, factor: float) -> JointMachine:
+    """The same servo with both of its gains times this factor."""
+    machine = tuple_setitem(machine, _PROPORTIONAL, factor * machine.proportional_gain)  # type: ignore[call-arg]
+    return tuple_setitem(machine, _DERIVATIVE, factor * machine.derivative_gain)
 
 
 def check(machines: np.ndarray) -> None:

@@ -19,7 +19,7 @@ from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effect import JOINT_EFFECTS
 from vision_s2r.joint.effects.encoder_quantization import quantize
 from vision_s2r.joint.log import JointLog
-from vision_s2r.joint.machine import COLUMNS, JointMachine, check
+from vision_s2r.joint.machine import COLUMNS, JointMachine, check, of_gains
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.tables import Tables
@@ -45,6 +45,7 @@ def simulate(
     scale: np.ndarray | None = None,
     external: np.ndarray | None = None,
     load_inertia: np.ndarray | None = None,
+    gains: np.ndarray | None = None,
     lengths: np.ndarray | None = None,
     observed: np.ndarray | None = None,
     leak: float = 0.0,
@@ -63,6 +64,7 @@ def simulate(
     scale [E, T]      factor of the current (a supply that sags, 0 where the drive is off); held between samples
     external [E, T·S]   torque (N·m, N) on the load; S values a sample, held for an equal part of it each
     load_inertia [E, T·S]   kg·m² (kg), 0 or more, added to the machine's inertia; alike, of as many parts
+    gains [E]         factor of both gains of a position servo in each episode
     lengths [E]       samples of each episode, T by default; rows beyond are NaN
     observed [E, T, 2], leak    an observer: at each sample `leak` times (observed - simulated) is added to the
                       simulated state, after its row is written, so that the row is a prediction. Where observed is
@@ -94,7 +96,10 @@ def simulate(
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
     threads = max(1, min(threads, jobs))
-    inputs = (command, first, float(sample_time), lengths, observed, float(leak))
+    gains = np.ones(episodes) if gains is None else np.require(gains, np.float64, _PLAIN)
+    if gains.shape != (episodes,):
+        raise UserError(f"gains are {gains.shape}, expected {(episodes,)}")
+    inputs = (command, first, gains, float(sample_time), lengths, observed, float(leak))
     clock = _clock(machines, command, sample_time, lengths, times, scale, external, load_inertia)
 
     def share(k: int) -> None:
@@ -174,6 +179,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         machines: np.ndarray,
         command: np.ndarray,
         first: np.ndarray,
+        gains: np.ndarray,
         sample_time: float,
         lengths: np.ndarray,
         observed: np.ndarray,
@@ -194,7 +200,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         for job in range(share, machines.shape[0] * episodes, shares):
             c, e = divmod(job, episodes)
             row = machines[c]
-            machine = JointMachine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
+            machine = of_gains(JointMachine(*to_fixed_tuple(row, _WIDTH)), gains[e])  # type: ignore[call-arg]
             heights = row[_WIDTH:]
             states = out[c, e, : lengths[e]]
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf

@@ -36,6 +36,7 @@ class JointRecording:
     left_out: dict[str, str] = field(default_factory=dict)  # columns that could not be used, and why
     # int64 [E]: which of the recordings that were joined an episode is of, from 0 on; None: all of one
     source: np.ndarray | None = None
+    gains: np.ndarray | None = None  # float64 [E]: factor of both gains of a servo, episode by episode; None: 1
 
     kind = "joint"
 
@@ -257,6 +258,7 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         external=taken(recording.external),
         load_inertia=taken(recording.load_inertia),
         lengths=lengths,
+        gains=None if recording.gains is None else recording.gains[index],
         source=None if recording.source is None else recording.source[index],
         episodes=tuple(recording.episodes[k] for k in index),
     )

@@ -1,5 +1,6 @@
 """Several recordings of one joint, or of one arm, as one."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,15 +15,17 @@ from vision_s2r.recording.read import read
 
 OPTIONAL = ("velocity", "times", "supply", "external", "load_inertia")  # which all have, or none
 
+GAINS = ("proportional_gain", "derivative_gain")  # nominal values of a servo
 ALIKE = 1e-3  # relative: clocks of two runs at one rate, which each recording's mean step shows
 
 
 def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     """The episodes of recordings of one joint, numbered from 0 in the order given.
 
-    Where times are even, the first recording's step is taken for all. Raises UserError where they are not of one
-    simulator, sampled alike, with the same columns.
+    Where times are even, the first recording's step is taken for all. A servo may have had other gains in some, both by
+    one factor. Raises UserError where they are not of one simulator, sampled alike, with the same columns.
     """
+    recordings, gains = _of_one_gain(recordings)
     first = recordings[0]
     for other in recordings[1:]:
         for (name, one), two in zip(_simulator(first).items(), _simulator(other).values(), strict=True):
@@ -55,10 +58,28 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
         lengths=lengths,
         episodes=tuple(range(len(lengths))),
         times=_times(recordings, samples) if first.times is not None else None,
+        gains=gains,
         source=np.repeat(np.arange(len(recordings)), [len(each) for each in recordings]),
         left_out={name: why for each in recordings for name, why in each.left_out.items()},
         **given,
     )
+
+
+def _of_one_gain(recordings: Sequence[JointRecording]) -> tuple[list[JointRecording], np.ndarray | None]:
+    """The recordings, servos with the first one's gains where both are by one factor others; and each episode's factor.
+
+    None where it is 1 everywhere.
+    """
+    law = {name: recordings[0].nominal[name] for name in GAINS if name in recordings[0].nominal}
+    alike, factors = [], []
+    for each in recordings:
+        factor = each.nominal.get(GAINS[0], 1.0) / law.get(GAINS[0], 1.0)
+        scaled = all(math.isclose(each.nominal.get(name, 0.0), factor * value) for name, value in law.items())
+        alike.append(replace(each, nominal=each.nominal | law) if each.servo and law and scaled else each)
+        own = np.ones(len(each)) if each.gains is None else each.gains
+        factors.append(own * (factor if alike[-1] is not each else 1.0))
+    gains = np.concatenate(factors)
+    return alike, None if (gains == 1).all() else gains
 
 
 def read_together(folders: Sequence[Path], hold_out: bool = True) -> JointRecording | ArmRecording:
@@ -88,6 +109,8 @@ def joined_arms(recordings: Sequence[ArmRecording]) -> ArmRecording:
     for name in first.joints:
         try:
             joints[name] = replace(joined([each.joints[name] for each in recordings]), source=None)
+            if joints[name].gains is not None:
+                raise UserError("recordings differ in the servo's gains, expected recordings of one arm, alike")
         except UserError as error:
             raise UserError(f"joint {name}: {error}") from error
     samples = max(each.any.position.shape[1] for each in recordings)

@@ -34,7 +34,7 @@ COMMANDS = {
     "force": ("linear",),
     "target": ("rotary", "linear"),
 }
-COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity", "external", "enabled", "supply")
+COLUMNS = ("episode", "t", *COMMANDS, "position", "velocity", "external", "enabled", "supply", "gain")
 MEANT = {"goal": "target", "goal_position": "target", "command": "target", "voltage": "supply", "time": "t"}
 
 
@@ -68,7 +68,7 @@ def of_columns(
     units = cast(Literal["rotary", "linear"], header.choice(content, "units", ("rotary", "linear"), where, "rotary"))
     command = _command(columns, units, path)
     nominal = _nominal(header.mapping(content, "nominal", where), command, where) | _control(content, command, where)
-    _check_inputs(columns, lines, path)
+    _check_inputs(columns, command, lines, path)
     recording = of_rows(nominal, sample_time, units, columns, command, lines, hold_out, path)
     plausible.check(recording, command, path)
     return recording
@@ -128,8 +128,10 @@ def _control(content: Mapping[str, Any], command: str, where: str) -> dict[str, 
     }
 
 
-def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Path) -> None:
-    """UserError where a supply is in volts, or a drive neither on nor off."""
+def _check_inputs(columns: Mapping[str, np.ndarray], command: str, lines: np.ndarray, path: Path) -> None:
+    """UserError where a supply is in volts, a drive neither on nor off, or a gain none of a servo."""
+    if "gain" in columns:
+        _check_gain(columns, command, lines, path)
     for name, high, expected in (
         ("enabled", 1.0, "0 or 1"),
         ("supply", HIGHEST_SUPPLY, "a factor of the command: volts over nominal volts"),
@@ -139,6 +141,19 @@ def _check_inputs(columns: Mapping[str, np.ndarray], lines: np.ndarray, path: Pa
         if len(wrong):
             k = wrong[0]
             raise UserError(f"{path}, line {lines[k]}: {name} is {columns[name][k]:g}, expected {expected}")
+
+
+def _check_gain(columns: Mapping[str, np.ndarray], command: str, lines: np.ndarray, path: Path) -> None:
+    if command != "target":
+        raise UserError(f"{path}: a gain is of a position servo, but the column of commands is {command}, not target")
+    gain, changes = columns["gain"], np.diff(columns["gain"], prepend=columns["gain"][:1]) != 0
+    within = changes & (np.diff(columns["episode"], prepend=columns["episode"][:1]) == 0)
+    wrong = np.flatnonzero((gain <= 0) | within)
+    if len(wrong):
+        k = wrong[0]
+        was = f" after {gain[k - 1]:g} in its episode" if within[k] else ""
+        expected = "one factor, more than 0, of control's gains in all of an episode"
+        raise UserError(f"{path}, line {lines[k]}: gain is {gain[k]:g}{was}, expected {expected}")
 
 
 def check_names(names: list[str], path: Path) -> None:
@@ -211,6 +226,7 @@ def _recording(
         episodes=tuple(episodes),
         times=None if even else _going_on(padded("t", np.nan), lengths, sample_time),
         supply=optional("supply", "enabled"),
+        gains=padded("gain", 1.0)[:, 0] if "gain" in columns else None,
         external=optional("external"),
     )
 

@@ -46,6 +46,8 @@ def _joint(recording: JointRecording, folder: Path) -> dict[str, Any]:
     command = "target" if recording.servo else "current"
     optional = {name: getattr(recording, name) for name in ("velocity", "supply", "external")}
     given = {name: values for name, values in optional.items() if values is not None}
+    if recording.gains is not None:
+        given["gain"] = np.broadcast_to(recording.gains[:, None], recording.position.shape)
     columns = ["episode", "t", command, "position", *given]
     blocks = []
     for k, length in enumerate(recording.lengths):

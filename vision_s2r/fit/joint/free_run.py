@@ -25,6 +25,7 @@ def free_run(recording: JointRecording, effects: Values) -> np.ndarray:
         scale=recording.supply,
         external=recording.external,
         load_inertia=recording.load_inertia,
+        gains=recording.gains,
         lengths=recording.lengths,
     )[0]
 

@@ -53,6 +53,7 @@ class EpisodeInputs:
     scale: np.ndarray | None  # [E, N]
     external: np.ndarray | None  # [E, N·S], S values a sample
     load_inertia: np.ndarray | None  # [E, N·S]
+    gains: np.ndarray | None  # [E]
     every: int = 1  # samples of a row of the track
 
     def run(
@@ -95,6 +96,7 @@ class EpisodeInputs:
             scale=scale,
             external=external,
             load_inertia=inertia,
+            gains=None if self.gains is None else self.gains[episodes],
             lengths=self.lengths[episodes],
             observed=observed,
             leak=leak,
@@ -182,7 +184,7 @@ def make_track(recording: JointRecording, velocity_is_derived: bool) -> JointTra
         time=time,
         units=recording.units,
         command=command,
-        torque=_torque(nominal, command, scale, observed),
+        torque=_torque(nominal, command, scale, recording.gains, observed),
         position=position,
         velocity=velocity,
         observed=observed,
@@ -233,13 +235,14 @@ def _inputs(
     recording: JointRecording, command: np.ndarray, sample_time: float, lengths: np.ndarray, step: int
 ) -> EpisodeInputs:
     """A servo's targets are held: all of them go in, whichever samples are kept; a torque's mean says as much."""
-    others = recording.supply, recording.external, recording.load_inertia
     if recording.servo:
-        whole = recording.command, recording.sample_time, recording.lengths
-        return EpisodeInputs(*whole, recording.times, *others, every=step)
+        whole = recording.command, recording.sample_time, recording.lengths, recording.times
+        others = recording.supply, recording.external, recording.load_inertia, recording.gains
+        return EpisodeInputs(*whole, *others, every=step)
     supply = None if recording.supply is None else recording.supply[:, ::step]
-    external, load_inertia = (_parted(each, recording.command.shape[1], step) for each in others[1:])
-    return EpisodeInputs(command, sample_time, lengths, recording.times, supply, external, load_inertia)
+    loads = (recording.external, recording.load_inertia)
+    external, load_inertia = (_parted(each, recording.command.shape[1], step) for each in loads)
+    return EpisodeInputs(command, sample_time, lengths, recording.times, supply, external, load_inertia, None)
 
 
 def _parted(values: np.ndarray | None, samples: int, step: int) -> np.ndarray | None:
@@ -250,9 +253,16 @@ def _parted(values: np.ndarray | None, samples: int, step: int) -> np.ndarray | 
     return np.pad(values, ((0, 0), (0, missing)), mode="edge")
 
 
-def _torque(nominal: NominalJoint, command: np.ndarray, scale: np.ndarray | None, observed: np.ndarray) -> np.ndarray:
+def _torque(
+    nominal: NominalJoint,
+    command: np.ndarray,
+    scale: np.ndarray | None,
+    gains: np.ndarray | None,
+    observed: np.ndarray,
+) -> np.ndarray:
     if nominal.proportional_gain is not None:
-        command = np.nan_to_num(nominal.asked(command, observed[..., 0], observed[..., 1]))
+        factor = 1.0 if gains is None else gains[:, None]
+        command = np.nan_to_num(nominal.asked(command, observed[..., 0], observed[..., 1], factor))
     return nominal.torque_constant * command * (1.0 if scale is None else scale)
 
 
