@@ -177,6 +177,15 @@ def test_an_unknown_effect_with_a_false_name_beside_it_is_not_recognized() -> No
     assert scored(truth, None).recognized is False
 
 
+def test_a_known_effect_beside_an_unknown_one_may_be_undecided_but_not_absent() -> None:
+    truth = answer(case="known_unknown", unknown="drag", effects={"cogging": {}})
+    line = {"name": "cogging", "status": "undecided"}
+    assert scored(truth, report("unexplained", candidates=[line])).denied is False
+    assert scored(truth, report("unexplained", candidates=[line | {"status": "absent"}])).denied
+    assert scored(truth, report("partly_explained", "cogging", candidates=[line])).denied is False
+    assert scored(truth, None).denied is None
+
+
 def test_angles_and_vectors_have_errors_that_mean_something() -> None:
     truth = answer(effects={"motion_blur": {"length": 8.0, "angle": 1.0}})
     angle = {"value": 179.0, "unit": "deg", "ci": [178.0, 182.0]}

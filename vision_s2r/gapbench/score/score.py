@@ -39,6 +39,7 @@ class Score:
     effects that predicts the same is the same answer). `confusable`: not exact, but a larger equivalent set, or one
     whose difference to the answer the report itself declares as confusable. `drive`: the effects of the drive among
     the named ones are right, whatever parameters of the simulator are named. `false`: effects named that are not there.
+    `denied`: an effect beside an unknown one is said to be absent, rather than named or left undecided.
     """
 
     id: str
@@ -59,6 +60,7 @@ class Score:
     location_right: bool | None = None
     false_alarm: bool | None = None
     recognized: bool | None = None
+    denied: bool | None = None
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
     group: str = ""
@@ -98,6 +100,7 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
         location_right=_location_right(said, answer["where"]) if described and answer["where"] else None,
         false_alarm=_false_alarm(report, case, named - there, verdict),
         recognized=_recognized(report, answer, named, optional, equivalents),
+        denied=_denied(said, required - named) if case == "known_unknown" and report else None,
         shrink_ratio=_shrink_ratio(said, answer) if described else None,
         parameters=list(_parameter_scores(said, answer["effects"])) if required <= named else [],
         group=answer.get("group", ""),
@@ -177,6 +180,11 @@ def _recognized(
     if answer["case"] == "left_out" and (named in equivalents or _declared(report, named, {answer["withhold"]})):
         return True
     return report["verdict"] in UNKNOWN_VERDICTS and named <= optional
+
+
+def _denied(report: Mapping[str, Any], missing: set[str]) -> bool:
+    """Whether the report rules out an effect that is there."""
+    return any(label(line) in missing and line["status"] == "absent" for line in report["candidates"])
 
 
 def _shrink_ratio(report: Mapping[str, Any], answer: Mapping[str, Any]) -> float | None:

@@ -121,6 +121,8 @@ def _unknowns(kind: str, scores: Sequence[Score]) -> list[Total | None]:
             of("left_out", lambda s: s.recognized),
         ),
         share_of("a known and an unknown effect: partly explained", of("known_unknown", lambda s: s.verdict_right)),
+        share_of("a known and an unknown effect: no false name", of("known_unknown", lambda s: not s.false)),
+        share_of("a known and an unknown effect: known one called absent", of("known_unknown", lambda s: s.denied)),
         share_of("effect too weak to matter: no false name", of("weak", lambda s: not s.false and not s.failed)),
     ]
 
