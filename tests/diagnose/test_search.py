@@ -154,6 +154,13 @@ def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     assert not diagnosed(recording(5, wave=0.5, other=other), **guess)["effects"]
 
 
+def test_an_effect_whose_work_an_unknown_does_is_undecided_and_one_that_nothing_asks_for_is_absent() -> None:
+    found = diagnosed(recording(5, wave=1.0, other=2.0 * np.cos(4 * np.pi * T)), known=True, beside=True)
+    status = {line["name"]: line["status"] for line in found["candidates"]}
+    assert found["verdict"] == "partly_explained" and names(found) == {"wave"}
+    assert status["step"] == "undecided" and status["slope"] == "absent"
+
+
 def test_what_goes_with_a_stand_in_is_not_held_against_a_name_of_the_same_size_without_it() -> None:
     """Where it differs, or looks wrong beside the stand-in as well, it is one itself."""
     y = recording(5, wave=0.5, curve=0.6, other=0.5 * np.sin(40 * np.pi * T))

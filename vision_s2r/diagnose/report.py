@@ -156,10 +156,10 @@ def _candidates(
 ) -> list[dict[str, Any]]:
     """A line for every effect. What was never tried beside the diagnosis has the evidence of the cheap screen.
 
-    Where the gap is unexplained, an effect that would explain some of it alone is neither present nor ruled out.
+    Where something is left, an effect that would explain some of it is neither present nor ruled out.
     """
     found, final = settled.found, settled.found.final
-    undecided = _undecided(case, assessor, found) if said == "unexplained" else {}
+    undecided = _undecided(case, assessor, settled) if said in OPEN else {}
     absent = [name for name in case.library if name not in final.names and name not in case.not_excited]
     untried = [name for name in absent if final.names | {name} not in assessor.assessed]
     screened = case.screen(final.hypothesis, untried)
@@ -170,8 +170,6 @@ def _candidates(
             line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
         elif name in case.not_excited:
             line |= {"status": "not_excited", "reason": case.not_excited[name]}
-        elif name in undecided:
-            line |= {"status": "undecided", "evidence": undecided[name]}
         elif name in settled.slight:
             line |= {
                 "reason": f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do "
@@ -183,16 +181,28 @@ def _candidates(
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
             if any(rivals):
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
+            elif name in undecided:
+                line |= {"status": "undecided", "evidence": undecided[name]}
         lines.append(line)
     return lines
 
 
-def _undecided(case: Case, assessor: Assessor, found: Found) -> dict[str, float]:
-    """Effects that the recording does not rule out, and what each would gain beside refitted nominal parameters."""
+def _undecided(case: Case, assessor: Assessor, settled: Settled) -> dict[str, float]:
+    """Effects that the recording does not rule out, and what each would gain.
+
+    Beside the simulator that is reported, or refitted nominal parameters where it has no effect; or beside what is
+    unknown as well: a flexible unknown may do an effect's work, and without it the effect may not show.
+    """
+    found, refitted = settled.found, settled.found.refitted
     names = [name for name in case.library if name not in case.not_excited]
-    base = found.refitted
-    gains = case.screen(base.hypothesis, [name for name in names if name not in base.names])
-    gains |= {name: assessor.gain(base, found.nominal).nats for name in names if name in base.names}
+    base, gains = settled.simulator.hypothesis, dict[str, float]()
+    if not found.effects:
+        base = refitted.hypothesis
+        gains = {name: assessor.gain(refitted, found.nominal).nats for name in names if name in refitted.names}
+    for each in (base, found.final.hypothesis):
+        free = [name for name in names if name not in each.values and name not in refitted.names]
+        for name, gain in case.screen(each, free).items():
+            gains[name] = max(gain, gains.get(name, gain))
     return {name: gain for name, gain in gains.items() if gain > assessor.cfg.evidence}
 
 
