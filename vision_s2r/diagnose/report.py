@@ -181,8 +181,8 @@ def _candidates(
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
             if any(rivals):
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
-            elif name in undecided:
-                line |= {"status": "undecided", "evidence": undecided[name]}
+            elif name in undecided or (said in OPEN and line["evidence"] > assessor.cfg.evidence):
+                line |= {"status": "undecided", "evidence": max(undecided.get(name, -np.inf), line["evidence"])}
         lines.append(line)
     return lines
 
