@@ -12,6 +12,7 @@ from rich.table import Table
 
 from vision_s2r.ablation.config import AblationStudyConfig
 from vision_s2r.ablation.job import JobResult
+from vision_s2r.evaluate.publish import percent
 from vision_s2r.files import finite, write, write_table
 from vision_s2r.metrics.correlation import correlated
 from vision_s2r.statistics import Bootstrap, Estimate, over_trainings
@@ -134,6 +135,24 @@ class AblationSummary:
         }
         write(folder / "ablation.json", json.dumps(content, indent=1) + "\n")
         Console(width=150).print(self.text())
+
+    def published(self) -> dict[str, Any]:
+        """The table as the documentation reads it: success and its change in each column, and metrics of validation."""
+        columns = [SUCCESS, *(f"{SUCCESS} {camera}" for camera in self.cameras)]
+        metrics = [name for name in METRICS if any((variant, name) in self.rows for variant in self.variants)]
+        rows = []
+        for variant in self.variants:
+            found = [self.rows[variant, name] for name in columns]
+            cells = [
+                percent(asdict(found[0].value)),
+                *("" if row.change is None else percent(asdict(row.change)) for row in found),
+            ]
+            known = (self.rows.get((variant, name)) for name in metrics)
+            rows.append(
+                [variant.replace("_", " "), *cells, *("" if row is None else shown(row.value.value) for row in known)]
+            )
+        titles = ["success, %", "change, points", *(f"{camera}: change" for camera in self.cameras)]
+        return {"columns": ["variant", *titles, *metrics], "rows": rows}
 
     def text(self) -> Table:
         """For the terminal: a line a variant, success in percent, its change in points (95 % interval), metrics.

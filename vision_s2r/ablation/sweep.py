@@ -11,6 +11,7 @@ from vision_s2r.ablation.config import AblationStudyConfig, check
 from vision_s2r.ablation.families import needed
 from vision_s2r.ablation.summary import AblationSummary
 from vision_s2r.cli import compose, log_to_terminal, run
+from vision_s2r.files import write
 from vision_s2r.progress import tracked
 
 log = logging.getLogger(__name__)
@@ -32,7 +33,7 @@ def ablate(arguments: list[str]) -> Path | None:
             pass
     else:
         run(job.run, AblationStudyConfig, NAME, ["--multirun", *arguments, *sweep(cfg)])
-    return finish(cfg)
+    return finish(cfg, " ".join(["vision-s2r ablate", *arguments]))
 
 
 def prepared(cfg: AblationStudyConfig) -> AblationStudyConfig:
@@ -57,11 +58,15 @@ def sweep(cfg: AblationStudyConfig) -> list[str]:
     ]
 
 
-def finish(cfg: AblationStudyConfig) -> Path:
-    """Write the table (CSV, JSON) and the pictures of finished jobs; returns the path of the first of these."""
+def finish(cfg: AblationStudyConfig, command: str) -> Path:
+    """Write the tables (CSV, JSON) and the pictures of finished jobs; returns the path of the first of these.
+
+    `command` is what a page of results says made them.
+    """
     jobs, out = job.jobs(cfg), Path(cfg.out)
     summary = AblationSummary(cfg, {variant: [job.read(each) for each in seeds] for variant, seeds in jobs.items()})
     summary.write(out)
+    write(out / "table.json", json.dumps(summary.published() | {"command": command}, indent=1) + "\n")
     if cfg.evaluate.strip:
         picture.side_by_side({variant: job.sheet(seeds[0]) for variant, seeds in jobs.items()}, out / "strip.png")
     return picture.draw(summary, out / f"{NAME}.png")
