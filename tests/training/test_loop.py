@@ -53,7 +53,15 @@ class Regression(Method):
 
     kind = "regression"
 
-    def __init__(self, cfg: TrainingConfig, noise: float = 0.0, interrupt_at: int = -1, explode: bool = False):
+    def __init__(
+        self,
+        cfg: TrainingConfig,
+        noise: float = 0.0,
+        interrupt_at: int = -1,
+        explode: bool = False,
+        fine_tunes: bool = False,
+    ):
+        self.fine_tunes = fine_tunes
         self.networks = {
             "model": nn.Linear(6, 2),
             "critic": nn.Sequential(nn.Linear(8, 8), nn.ReLU(), nn.Linear(8, 1)),
@@ -186,6 +194,14 @@ def test_two_processes_make_the_updates_of_one(tmp_path: Path) -> None:
     other = run(tmp_path / "half", replace(CFG, batch_size=4))  # what each process would do by itself
     with pytest.raises(AssertionError):
         assert_same(one, other, exact=False)
+
+
+def test_trained_networks_that_no_step_makes_better_are_released_as_they_were(tmp_path: Path) -> None:
+    cfg = replace(CFG, learning_rate=30.0)
+    for fine_tunes in (True, False):
+        build = partial(Regression, cfg, fine_tunes=fine_tunes)
+        result = train(build, Numbers(20, 0), Numbers(16, 1), cfg, tmp_path / str(fine_tunes), 1)
+        assert (load(result.best, "regression").training["step"] == 0) is fine_tunes
 
 
 def test_a_finished_run_is_not_repeated(tmp_path: Path) -> None:

@@ -50,6 +50,7 @@ class QLearning(Method):
         network = build(cfg)
         if cfg.start:
             checkpoint.load(cfg.start, self.kind).restore("q_function", network)
+        self.fine_tunes = bool(cfg.start)
         self.networks = {"q_function": network}
         self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}

@@ -75,6 +75,7 @@ class Student(Method):
         self._margin, self._size = margin, size
         network = build(policy)
         checkpoint.load(policy.start, self.kind).restore("q_function", network)
+        self.fine_tunes = True
         self.networks = {"q_function": network}
         self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         known = dict(zip(("camera", "validation_camera"), map(asdict, cameras), strict=True))

@@ -211,6 +211,8 @@ class _Run:
             log.info("%s: going on at step %d", self._out, self.step)
         self._started = time.perf_counter() - self.seconds
         with RunLog(self._out, self.step, self._leads, self._cfg.logger) as self._log:
+            if self._method.fine_tunes and not self.step:
+                self._validate()
             with closing(self._batches()) as batches, Interrupt(self._leads) as interrupt:
                 for batch in batches:
                     self.seconds = time.perf_counter() - self._started

@@ -54,6 +54,9 @@ class Method(ABC):
     released: tuple[str, ...]  # networks that go into the released checkpoint
     configuration: dict[str, Any]  # plain values: what rebuilds the networks, and all that shapes the run
     normalization: dict[str, Any]  # plain values: units and ranges of what goes in and comes out
+    # Whether the networks begin as trained ones: they are validated before the first step, and released where no step
+    # makes them better.
+    fine_tunes: bool = False
     device: torch.device = torch.device("cpu")  # set by the loop before the first step
 
     @abstractmethod

@@ -69,6 +69,7 @@ class Rcan(Method):
         unet = UNet(cfg.network, heads)
         if cfg.start:
             checkpoint.load(cfg.start, self.kind).restore("unet", unet)
+        self.fine_tunes = bool(cfg.start)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         self.networks = {"unet": unet}
         self.optimizers: dict[str, torch.optim.Optimizer] = {"unet": muon_and_adamw(unet, cfg.training)}
