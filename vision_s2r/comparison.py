@@ -44,7 +44,8 @@ def few_real_grasps(cfg: Config) -> Path:
 def trained(cfg: Config) -> Config:
     """cfg whose rows have their checkpoints: renders and trains what is missing."""
     methods = METHODS.select(cfg.methods, "methods")
-    pipeline.render_sets(cfg, "pairs", "train", "validation", "test", "real")
+    pipeline.render_sets(cfg)
+    pipeline.render_sets(cfg, "real")
     policies = pipeline.canonical_policies(cfg)
     return replace(cfg, evaluate=_evaluation(cfg.evaluate, policies, _trained(cfg, methods, policies)))
 

@@ -49,7 +49,7 @@ def test_slow_and_fast_motion_together_have_one_simulator(tmp_path):
 
 
 def test_a_servo_logged_at_two_gains_is_one_servo(tmp_path):
-    """Half and twice the gain say the same of its drive; one of the two alone is another simulator."""
+    """Whose logs at two and a half times the gain are episodes of the same simulator."""
     nominal = NOMINAL | {
         "torque_constant": 1.0,
         "proportional_gain": 12.0,

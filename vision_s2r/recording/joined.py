@@ -70,16 +70,19 @@ def _of_one_gain(recordings: Sequence[JointRecording]) -> tuple[list[JointRecord
 
     None where it is 1 everywhere.
     """
+    if not all(each.servo for each in recordings):
+        return list(recordings), None
     law = {name: recordings[0].nominal[name] for name in GAINS if name in recordings[0].nominal}
-    alike, factors = [], []
+    alike, gains = [], []
     for each in recordings:
-        factor = each.nominal.get(GAINS[0], 1.0) / law.get(GAINS[0], 1.0)
-        scaled = all(math.isclose(each.nominal.get(name, 0.0), factor * value) for name, value in law.items())
-        alike.append(replace(each, nominal=each.nominal | law) if each.servo and law and scaled else each)
+        factor = each.nominal[GAINS[0]] / law[GAINS[0]]
         own = np.ones(len(each)) if each.gains is None else each.gains
-        factors.append(own * (factor if alike[-1] is not each else 1.0))
-    gains = np.concatenate(factors)
-    return alike, None if (gains == 1).all() else gains
+        if all(math.isclose(each.nominal.get(name, 0.0), factor * value) for name, value in law.items()):
+            each, own = replace(each, nominal=each.nominal | law), factor * own
+        alike.append(each)
+        gains.append(own)
+    factors = np.concatenate(gains)
+    return alike, None if (factors == 1).all() else factors
 
 
 def read_together(folders: Sequence[Path], hold_out: bool = True) -> JointRecording | ArmRecording:
