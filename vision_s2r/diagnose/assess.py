@@ -9,6 +9,7 @@ import numpy as np
 from vision_s2r import parallel
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.fit.selection import EVIDENCE
 from vision_s2r.statistics import lower_bound
 
 MAIN = 0.5  # of a rest
@@ -35,12 +36,21 @@ class Assessment:
         return float(self.loglik.sum())
 
     @property
+    def evidence(self) -> float | None:
+        """Nats, where something unknown beside the effects is integrated out."""
+        return self.hypothesis.extra.get(EVIDENCE)
+
+    @property
     def rest(self) -> float:
         """Excess over the floor, in units of the noise's variance; about 0 where nothing is left.
 
         The geometric mean over segments: one in which something else goes wrong does not drown the others.
         """
         return _rest(self.excess)
+
+
+def _share(more: Assessment, less: Assessment) -> float:
+    return (less.rest - more.rest) / less.rest if less.rest > 0 else 0.0
 
 
 def _rest(excess: np.ndarray) -> float:
@@ -74,6 +84,11 @@ class Assessor:
         """Every set assessed so far."""
         return self._assessed
 
+    @property
+    def begun(self) -> list[tuple[Names, Hypothesis, float]]:
+        """Every set fitted so far, its likeliest fit, and in-sample log-likelihood, nats."""
+        return [(names, *fitted) for names, fitted in self._fitted.items()]
+
     def fit(self, wanted: Iterable[tuple[Names, Hypothesis]]) -> dict[Names, float]:
         """In-sample log-likelihood (nats) of sets, each fitted to all segments from its starts; for ranking only.
 
@@ -102,10 +117,11 @@ class Assessor:
         wanted = list(wanted)
         if self.adequate(found):
             self.fit(wanted)
-            wanted = [each for each in wanted if self._left(self._fitted[each[0]][0]) <= HOPELESS]
+            wanted = [each for each in wanted if self.left(self._fitted[each[0]][0]) <= HOPELESS]
         return self.assess(wanted)
 
-    def _left(self, hypothesis: Hypothesis) -> float:
+    def left(self, hypothesis: Hypothesis) -> float:
+        """The rest of a hypothesis in what it was fitted to."""
         return _rest(self.case.excess(hypothesis, range(self.case.segments)))
 
     def one(self, names: Names, start: Hypothesis = NOMINAL) -> Assessment:
@@ -113,15 +129,17 @@ class Assessor:
         return self.assess([(names, start)])[0]
 
     def gain(self, more: Assessment, less: Assessment) -> Gain:
-        """What `more` has over `less`.
+        """What `more` has over `less`: evidence, where something unknown is integrated out of both.
 
         Where both leave more than noise, a likelihood of fixed sharpness is overconfident by that much: it is divided
         by the smaller excess, as in the quasi-likelihood criteria (Burnham and Anderson 2002, section 2.5).
         """
+        if more.evidence is not None and less.evidence is not None:
+            nats, share = more.evidence - less.evidence, _share(more, less)
+            return Gain(nats, nats, less.rest - more.rest, share)
         dispersion = max(1.0, 1 + min(more.rest, less.rest)) if self.case.sharp else 1.0
         difference = (more.loglik - less.loglik) / dispersion
-        relief = less.rest - more.rest
-        share = relief / less.rest if less.rest > 0 else 0.0
+        relief, share = less.rest - more.rest, _share(more, less)
         # Few blocks are sure of nothing: of most of what is left less certainty is asked of them.
         few = len(difference) < FEW and share > MAIN
         level = min(SURE, self.cfg.confidence) if few else self.cfg.confidence

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
-from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.diagnose.beside import BesideUnknownSearch
+from vision_s2r.fit.case import NOMINAL, BesideUnknown, Case, Hypothesis, Names
 
+PAIR = 2  # effects at once, before an unknown is looked for that does all that is left
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
 MUCH = 0.33  # of the gap: effects that leave no more do much work
+NEARLY = 0.5  # of the noise's variance: an unknown that leaves no more, in what it was fitted to, does its work
 ROUGH = 0.25  # of what is left without an effect of roughly known form: what its form may be to blame for
 ALIKE = 0.08  # of its size, by which a true effect may differ with a stand-in for something unknown and without
 
@@ -43,12 +46,12 @@ class Search:
 
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
-        assess = self._assessor
-        nominal = assess.one(frozenset())
-        base = assess.one(self._base)
-        named = self._shed(self._swap(self._grow(base)), self._effects)
+        base = self._assessor.one(self._base)
+        if beside := self._beside_unknown(self._grow(base, PAIR), base):
+            return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
+        named = self._shed(self._swap(self._grow(base, self._cfg.most)), self._effects)
         final, resembles = named, Names()
-        if assess.adequate(named):
+        if self._assessor.adequate(named):
             final = self._restore(named)
         if not self._explained(named) or len(final.names) >= COINCIDENCE:
             named, resembles = self._challenge(named, base)
@@ -56,21 +59,41 @@ class Search:
         if contradicted := self._contradicted(final):
             self._candidates = [name for name in self._candidates if name not in contradicted]
             self._screened.clear()
-            kept = assess.one(final.names - contradicted - self._discrepancies, final.hypothesis)
+            kept = self._assessor.one(final.names - contradicted - self._discrepancies, final.hypothesis)
             named, resembles = self._challenge(kept, base)
             final = self._restore(named)
+        return self._found(final, named, base, resembles | final.names & self._discrepancies)
+
+    def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names) -> Found:
+        assess = self._assessor
         unknown = final.names & self._discrepancies
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ, or a gain for some, may be doing its work.
         doubtful = frozenset() if adequate and not unknown else self._case.refitted | final.names - named.names
         effects = final.names - unknown - {name for name in doubtful if self._case.library[name].source == "dynamics"}
-        refitted = assess.one(self._case.refitted)
-        return Found(final, refitted, nominal, base, effects, unknown, resembles | unknown, adequate)
+        refitted, nominal = assess.one(self._case.refitted), assess.one(frozenset())
+        return Found(final, refitted, nominal, base, effects, unknown, resembles, adequate)
 
-    def _grow(self, base: Assessment) -> Assessment:
+    def _beside_unknown(self, named: Assessment, base: Assessment) -> Assessment | None:
+        """The effects that are there whatever the unknown may be, with all of it integrated out.
+
+        None where nothing is left, or where the unknown cannot do its work: then it is looked for part by part.
+        """
+        assess = self._assessor
+        if not isinstance(self._case, BesideUnknown) or assess.adequate(named) or self._slight(named):
+            return None
+        likely = sorted(assess.begun, key=lambda each: -each[2])
+        begun = [(each.names, each.hypothesis) for each in (base, named)] + [each[:2] for each in likely]
+        best = BesideUnknownSearch(self._case, assess, self._candidates, self._base).best(begun)
+        there = self._discrepancies & best.extra.keys()
+        if not there or assess.left(best) > NEARLY:
+            return None
+        return assess.one(frozenset(best.values) | self._base | self._discrepancies, best)
+
+    def _grow(self, base: Assessment, most: int) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
         best, beam, patience = base, [base], 1
-        for size in range(1, self._cfg.most + 1):
+        for size in range(1, most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
             children = self._settled(size, best) or self._children(beam, size)

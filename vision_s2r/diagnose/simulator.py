@@ -151,10 +151,10 @@ def _firm(assessor: Assessor, found: Found) -> Names:
     What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them. Beside a
     coincidence of unknowns nothing is sure.
     """
-    if not (found.unknown and (assessor.adequate(found.final) or assessor.little(found.final))):
-        return frozenset()
-    if len(found.unknown) >= COINCIDENCE:
-        return frozenset()
+    if found.final.evidence is None:
+        little = assessor.adequate(found.final) or assessor.little(found.final)
+        if not (little and 0 < len(found.unknown) < COINCIDENCE):
+            return frozenset()
     return frozenset(name for name in found.effects if _needed(assessor, found, name))
 
 
@@ -228,6 +228,8 @@ def _needed(assessor: Assessor, found: Found, name: str) -> bool:
     that is hardly tilted is, beside a wrong friction, and shows in long slides.
     """
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    if found.final.evidence is not None:
+        return assessor.gain(found.final, without).nats > assessor.cfg.evidence
     if assessor.cfg.plain and assessor.plain(found.final, without):
         return True
     return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED

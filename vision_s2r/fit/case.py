@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -193,6 +193,15 @@ class Case(Protocol):
         It tells the rivals apart: the candidate whose predictions under them differ most. And it excites the
         `not_excited` effects.
         """
+        ...
+
+
+@runtime_checkable
+class BesideUnknown(Case, Protocol):
+    """A case whose discrepancies, all at once, are integrated out: what fits them has its `evidence` in `extra`."""
+
+    def starts_beside(self, hypothesis: Hypothesis, names: Sequence[str]) -> Mapping[str, tuple[float, Hypothesis]]:
+        """About how many nats each effect would gain beside the unknown of a hypothesis, and where its fit begins."""
         ...
 
 

@@ -11,6 +11,7 @@ from vision_s2r.fit.likelihood import influence, normal_equations
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs, trials
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
+EVIDENCE = "evidence"  # … its log-likelihood, nats, with something unknown beside its effects integrated out
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments that are tried
 
 

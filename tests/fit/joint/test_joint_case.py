@@ -128,6 +128,18 @@ def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
     assert {effect.name for effect in report.effects} == {"torque_saturation", "load_dependent_friction"}
 
 
+def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_its_size() -> None:
+    """A drag over velocity does all of a Stribeck friction's work; without the friction it has to be larger and bent."""
+    speeds = np.linspace(-10.0, 10.0, 61)
+    drag = Tables(velocity=(-10.0, 10.0, len(speeds))), -0.004 * speeds * np.abs(speeds)
+    truth = {"static": 0.06, "velocity": 0.4}
+    report = diagnose(a_log({"stribeck_friction": truth}, steps(5, 200), unknown=drag), DiagnoseConfig())
+    (effect,) = report.effects
+    assert report.verdict == "partly_explained" and effect.name == "stribeck_friction"
+    assert {key: found.value for key, found in effect.parameters.items()} == pytest.approx(truth, rel=0.05)
+    assert report.unexplained.resembles == ("a torque that depends on velocity",)
+
+
 @pytest.mark.slow
 def test_an_effect_hidden_by_an_unknown_disturbance_has_its_name_and_size_and_stays_out_of_the_patch(
     tmp_path: Path,

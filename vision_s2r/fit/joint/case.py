@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
-from vision_s2r.fit.joint import uncertainty
+from vision_s2r.fit.joint import smooth_unknown, uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET, of_episodes
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
@@ -22,6 +22,7 @@ from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
+from vision_s2r.fit.joint.smooth_unknown import VARIANCES, SmoothUnknown
 from vision_s2r.fit.joint.stick_slip import stick_slip
 from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track, with_load
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
@@ -138,6 +139,7 @@ class JointCase:
         self._temper = 1 / memory(residuals, track.lengths)
         self._fitter = self._make_fitter(track, self._repeats(residuals), base)
         self._floor = GAUSSIAN * self._expected
+        self._smooth = SmoothUnknown(self._fitter, Floor(self._floor, self._temper))
         self._gap = FreeRunGap(self._fitter, noise, self._grid)
         self._labels, self._owners = uncertainty.blocks(track.segment, int(max(BLOCK, 5 / self._temper.min())))
         idle = [name for name in self.library if name not in self._promising | self._apart.keys()]
@@ -260,10 +262,16 @@ class JointCase:
     def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None.
 
-        A bias torque and a position offset are each recording's own where there are several.
+        All discrepancies at once are a Gaussian process: of a part of the segments, the fit of all is moved. A bias
+        torque and a position offset are each recording's own where there are several.
         """
         if self.recording.source is not None and self.recording.source.any():
             names = names | {own for name, own in OWN.items() if name in names}
+        if names >= smooth_unknown.ALL:
+            begun = start or NOMINAL
+            return (
+                self._smooth.part(begun, segments) if len(segments) < self.segments else self._smooth.fit(names, begun)
+            )
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -328,7 +336,13 @@ class JointCase:
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each of these names would gain."""
+        if hypothesis.extra.keys() & hypothesis.extra.get(VARIANCES, {}).keys():
+            return {name: gain for name, (gain, _) in self.starts_beside(hypothesis, names).items()}
         return self._fitter.gains(hypothesis, list(names), range(self.segments))
+
+    def starts_beside(self, hypothesis: Hypothesis, names: Sequence[str]) -> Mapping[str, tuple[float, Hypothesis]]:
+        """About how many nats of evidence each effect would gain beside a Gaussian process, and where it starts."""
+        return self._smooth.screen(hypothesis, names)
 
     def proposals(self) -> Sequence[Names]:
         """None: every effect is tried."""

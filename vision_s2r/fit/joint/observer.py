@@ -121,7 +121,8 @@ class Observer:
             given = _Inputs(command, measured)
             for discrepancy in changing:
                 coefficients = space.part(points[members[:1]], discrepancy)[0]
-                given = self._changed(given, discrepancy, coefficients, index)
+                if coefficients.any():
+                    given = self._changed(given, discrepancy, coefficients, index)
             yield members, given
 
     def _changed(self, given: _Inputs, by: Discrepancy, coefficients: np.ndarray, index: np.ndarray) -> _Inputs:

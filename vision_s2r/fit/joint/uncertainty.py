@@ -13,6 +13,7 @@ from scipy.stats import t as student
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
+from vision_s2r.fit.joint.smooth_unknown import VARIANCES, prior
 from vision_s2r.fit.joint.space import INDEX, JointSpace
 from vision_s2r.fit.likelihood import NU, influence
 from vision_s2r.fit.selection import SCALE
@@ -36,16 +37,22 @@ class BlockScores:
     slope: np.ndarray  # [B, D]
     segment: np.ndarray  # [B]
     biases: np.ndarray  # [S, D] that the integrator's step size, and a servo's clock, cause, to first order
+    smooth: np.ndarray  # [D, D] precision of the prior of something unknown that is smooth
 
     @property
     def stiffness(self) -> np.ndarray:
-        """The prior's curvature [D]."""
-        return self.space.stiffness(self.point, self.space.believed(self.point))
+        """The prior's curvature [D, D]."""
+        return np.diag(self.space.stiffness(self.point, self.space.believed(self.point))) + self.smooth
+
+    @property
+    def told(self) -> float:
+        """How many coordinates the recording tells, rather than the prior of something unknown."""
+        return self.space.size - float(np.trace(self.inverse @ self.smooth))
 
     @property
     def inverse(self) -> np.ndarray:
         """Of the curvature of all blocks and the prior."""
-        whole = self.curvature.sum(axis=0) + np.diag(self.stiffness)
+        whole = self.curvature.sum(axis=0) + self.stiffness
         scale = np.sqrt(np.diag(whole))
         scale[scale < 1e-150] = 1.0  # what nothing shows, such as a knot that no sample is near
         return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None]
@@ -72,7 +79,10 @@ def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
     shifts = [np.clip(shift, -np.sqrt(scale), np.sqrt(scale))]
     if track.servo:
         shifts.append(CLOCK * observer.rates(data.episodes))
-    partial = BlockScores(space, point, np.array(curvature), np.array(slope), segment, np.zeros((0, space.size)))
+    known = VARIANCES in hypothesis.extra
+    smooth = prior(hypothesis.extra[VARIANCES], space) if known else np.zeros((space.size, space.size))
+    pieces = np.array(curvature), np.array(slope), segment
+    partial = BlockScores(space, point, *pieces, np.zeros((0, space.size)), smooth)
     biases = np.einsum("detk,setk->sd", jacobian, push * np.array(shifts)) @ partial.inverse
     return replace(partial, biases=biases)
 
@@ -150,10 +160,10 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     space = of.space
     count = len(of.segment)
     inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
-    inner += np.diag(space.repeats * of.stiffness)  # what is believed is as uncertain as the prior says
+    inner += space.repeats * of.stiffness  # what is believed is as uncertain as the prior says
     to_machine = _to_machine(space)
     plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
-    quantile = float(student.ppf(0.5 + level / 2, max(count - space.size, 2)))
+    quantile = float(student.ppf(0.5 + level / 2, max(count - of.told, 2)))
     reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile
     reach += np.abs(of.biases @ to_machine.T).sum(axis=0)
     row = space.machines(of.point[None])[0]

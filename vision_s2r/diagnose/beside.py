@@ -1,0 +1,80 @@
+"""Which effects are there beside something unknown: the set of most evidence, whatever the unknown may be.
+
+Evidence has the unknown integrated out (`fit/joint/smooth_unknown.py`), so that sets are compared by what they spare it
+and not by whether it could do their work. Sets move by one effect more, one less, or one for another.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.fit.case import BesideUnknown, Hypothesis, Names
+from vision_s2r.fit.selection import EVIDENCE
+
+BEGUN = 4  # sets that are looked at first
+FOLLOWED = 4  # effects more, the most promising by the screen, that are fitted; half as many in another's place
+VISIBLE = 1.0  # nats that an effect has to seem to gain to be fitted
+
+
+class BesideUnknownSearch:
+    """The search for effects beside something unknown."""
+
+    def __init__(self, case: BesideUnknown, assessor: Assessor, candidates: Sequence[str], always: Names) -> None:
+        """`candidates` are effects that may be named; `always` is what every set has."""
+        self._case, self._cfg = case, assessor.cfg
+        self._candidates, self._always = frozenset(candidates), always
+        self._unknown = frozenset(case.discrepancies)
+        # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
+        self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
+        self._fitted: dict[Names, Hypothesis] = {}
+
+    def best(self, begun: Iterable[tuple[Names, Hypothesis]]) -> Hypothesis:
+        """The hypothesis of most evidence, from the first of these sets and what is near them."""
+        for names, hypothesis in begun:
+            effects = names & self._candidates
+            if effects not in self._fitted and len(self._fitted) < BEGUN:
+                self._fit(effects, hypothesis)
+        # The screen may not see an effect that shows in the company of another.
+        self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
+        return self._climbed(max(self._fitted.values(), key=self._score), self._moved)
+
+    def _climbed(self, best: Hypothesis, moves: Callable[[Hypothesis], Iterable[Hypothesis]]) -> Hypothesis:
+        """The end of moves that each lead to a better set."""
+        while True:
+            better = max(moves(best), key=self._score, default=best)
+            if self._score(better) <= self._score(best):
+                return best
+            best = better
+
+    def _fit(self, effects: Names, start: Hypothesis) -> Hypothesis:
+        """The set's fit of most evidence so far, the one from this start among them."""
+        names, starts = effects | self._always | self._unknown, [start]
+        if effects not in self._fitted and effects in self._plain:
+            starts.append(self._plain[effects])
+        fits = [self._case.fit(names, range(self._case.segments), each) for each in starts]
+        fits += [self._fitted[effects]] if effects in self._fitted else []
+        self._fitted[effects] = max(fits, key=self._score)
+        return self._fitted[effects]
+
+    def _score(self, of: Hypothesis) -> float:
+        return float(of.extra[EVIDENCE]) - self._cfg.evidence * len(self._effects(of))
+
+    def _effects(self, of: Hypothesis) -> Names:
+        return self._candidates & frozenset(of.values)
+
+    def _moved(self, best: Hypothesis) -> Iterable[Hypothesis]:
+        """One effect more, less, or another."""
+        yield from self._more(best, FOLLOWED)
+        for name, less in zip(sorted(self._effects(best)), self._less(best), strict=True):
+            yield less
+            yield from self._more(less, FOLLOWED // 2, name)
+
+    def _less(self, best: Hypothesis) -> Iterable[Hypothesis]:
+        for name in sorted(self._effects(best)):
+            yield self._fit(self._effects(best) - {name}, best)
+
+    def _more(self, beside: Hypothesis, most: int, but: str = "") -> Iterable[Hypothesis]:
+        effects = self._effects(beside)
+        if len(effects) < self._cfg.most:
+            starts = self._case.starts_beside(beside, sorted(self._candidates - effects - {but}))
+            promising = sorted(starts, key=lambda name: -starts[name][0])[:most]
+            yield from (self._fit(effects | {n}, starts[n][1]) for n in promising if starts[n][0] > VISIBLE)
