@@ -6,13 +6,15 @@ and not by whether it could do their work. Sets move by one effect more, one les
 
 from collections.abc import Callable, Iterable, Sequence
 
-from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.fit.case import BesideUnknown, Hypothesis, Names
 from vision_s2r.fit.selection import EVIDENCE
 
 BEGUN = 4  # sets that are looked at first
 FOLLOWED = 4  # effects more, the most promising by the screen, that are fitted; half as many in another's place
 VISIBLE = 1.0  # nats that an effect has to seem to gain to be fitted
+MOST_FITS = 30  # after which no better set is looked for
+OWN = 0.1  # of what an effect brings beside nothing unknown, that it has to bring beside all of it
 
 
 class BesideUnknownSearch:
@@ -26,6 +28,20 @@ class BesideUnknownSearch:
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
         self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
         self._fitted: dict[Names, Hypothesis] = {}
+        self._fits = 0
+
+    def without_stand_ins(self, found: Assessment, worth: Callable[[str], float]) -> Hypothesis | None:
+        """What the unknown is where it does nearly all that one of the found effects brings; None where it does not.
+
+        `worth`: nats that an effect brings where nothing is unknown. One that is there brings them in any case.
+        """
+        effects = found.names & self._candidates
+        for name in sorted(effects):
+            whole = self._fit(effects, found.hypothesis) if effects not in self._fitted else self._fitted[effects]
+            less = self._fit(effects - {name}, whole)
+            if float(whole.extra[EVIDENCE]) - float(less.extra[EVIDENCE]) < min(self._cfg.promising, OWN * worth(name)):
+                return less
+        return None
 
     def best(self, begun: Iterable[tuple[Names, Hypothesis]]) -> Hypothesis:
         """The hypothesis of most evidence, from the first of these sets and what is near them."""
@@ -41,8 +57,8 @@ class BesideUnknownSearch:
         """The end of moves that each lead to a better set."""
         while True:
             better = max(moves(best), key=self._score, default=best)
-            if self._score(better) <= self._score(best):
-                return best
+            if self._score(better) <= self._score(best) or self._fits > MOST_FITS:
+                return max(better, best, key=self._score)
             best = better
 
     def _fit(self, effects: Names, start: Hypothesis) -> Hypothesis:
@@ -51,6 +67,7 @@ class BesideUnknownSearch:
         if effects not in self._fitted and effects in self._plain:
             starts.append(self._plain[effects])
         fits = [self._case.fit(names, range(self._case.segments), each) for each in starts]
+        self._fits += len(fits)
         fits += [self._fitted[effects]] if effects in self._fitted else []
         self._fitted[effects] = max(fits, key=self._score)
         return self._fitted[effects]

@@ -62,6 +62,8 @@ class Search:
             kept = self._assessor.one(final.names - contradicted - self._discrepancies, final.hypothesis)
             named, resembles = self._challenge(kept, base)
             final = self._restore(named)
+        if beside := self._instead_of_stand_ins(final):
+            return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
         return self._found(final, named, base, resembles | final.names & self._discrepancies)
 
     def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names) -> Found:
@@ -84,11 +86,27 @@ class Search:
             return None
         likely = sorted(assess.begun, key=lambda each: -each[2])
         begun = [(each.names, each.hypothesis) for each in (base, named)] + [each[:2] for each in likely]
-        best = BesideUnknownSearch(self._case, assess, self._candidates, self._base).best(begun)
-        there = self._discrepancies & best.extra.keys()
-        if not there or assess.left(best) > NEARLY:
+        search = BesideUnknownSearch(self._case, assess, self._candidates, self._base)
+        return self._integrated(search.best(begun), NEARLY)
+
+    def _instead_of_stand_ins(self, final: Assessment) -> Assessment | None:
+        """Something unknown in place of an effect that does no more than it, though with the effect nothing is left."""
+        assess = self._assessor
+        if not isinstance(self._case, BesideUnknown) or final.names & self._discrepancies or not assess.adequate(final):
             return None
-        return assess.one(frozenset(best.values) | self._base | self._discrepancies, best)
+        search = BesideUnknownSearch(self._case, assess, self._candidates, self._base)
+
+        def worth(name: str) -> float:
+            return assess.gain(final, assess.one(final.names - {name}, final.hypothesis)).nats
+
+        less = search.without_stand_ins(final, worth)
+        return self._integrated(less, self._cfg.adequate) if less else None
+
+    def _integrated(self, found: Hypothesis, rest: float) -> Assessment | None:
+        """The assessment of effects beside all of the unknown, where there is any, and it leaves no more than this."""
+        if not self._discrepancies & found.extra.keys() or self._assessor.left(found) > rest:
+            return None
+        return self._assessor.one(frozenset(found.values) | self._base | self._discrepancies, found)
 
     def _grow(self, base: Assessment, most: int) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""

@@ -129,7 +129,7 @@ def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
 
 
 def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_its_size() -> None:
-    """A drag over velocity does all of a Stribeck friction's work; without the friction it has to be larger and bent."""
+    """A drag does all of a Stribeck friction's work over velocity; without it it has to be larger and bent."""
     speeds = np.linspace(-10.0, 10.0, 61)
     drag = Tables(velocity=(-10.0, 10.0, len(speeds))), -0.004 * speeds * np.abs(speeds)
     truth = {"static": 0.06, "velocity": 0.4}
