@@ -8,7 +8,6 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.beside import BesideUnknownSearch
 from vision_s2r.fit.case import NOMINAL, BesideUnknown, Case, Hypothesis, Names
 
-PAIR = 2  # effects at once, before an unknown is looked for that does all that is left
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
@@ -47,9 +46,9 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         base = self._assessor.one(self._base)
-        if beside := self._beside_unknown(self._grow(base, PAIR), base):
+        named = self._shed(self._swap(self._grow(base)), self._effects)
+        if beside := self._beside_unknown(named, base):
             return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
-        named = self._shed(self._swap(self._grow(base, self._cfg.most)), self._effects)
         final, resembles = named, Names()
         if self._assessor.adequate(named):
             final = self._restore(named)
@@ -108,10 +107,10 @@ class Search:
             return None
         return self._assessor.one(frozenset(found.values) | self._base | self._discrepancies, found)
 
-    def _grow(self, base: Assessment, most: int) -> Assessment:
+    def _grow(self, base: Assessment) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
         best, beam, patience = base, [base], 1
-        for size in range(1, most + 1):
+        for size in range(1, self._cfg.most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
             children = self._settled(size, best) or self._children(beam, size)
