@@ -47,8 +47,11 @@ class Search:
         """The smallest set that explains what can be explained."""
         base = self._assessor.one(self._base)
         named = self._shed(self._swap(self._grow(base)), self._effects)
-        if beside := self._beside_unknown(named, base):
-            return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
+        if isinstance(self._case, BesideUnknown) and not (self._assessor.adequate(named) or self._slight(named)):
+            best = self._beside_unknown(self._case, named, base)
+            if beside := self._integrated(best, NEARLY):
+                return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
+            named = self._if_known(best, named)
         final, resembles = named, Names()
         if self._assessor.adequate(named):
             final = self._restore(named)
@@ -75,18 +78,18 @@ class Search:
         refitted, nominal = assess.one(self._case.refitted), assess.one(frozenset())
         return Found(final, refitted, nominal, base, effects, unknown, resembles, adequate)
 
-    def _beside_unknown(self, named: Assessment, base: Assessment) -> Assessment | None:
-        """The effects that are there whatever the unknown may be, with all of it integrated out.
-
-        None where nothing is left, or where the unknown cannot do its work: then it is looked for part by part.
-        """
-        assess = self._assessor
-        if not isinstance(self._case, BesideUnknown) or assess.adequate(named) or self._slight(named):
-            return None
-        likely = sorted(assess.begun, key=lambda each: -each[2])
+    def _beside_unknown(self, case: BesideUnknown, named: Assessment, base: Assessment) -> Hypothesis:
+        """The effects that are there whatever the unknown may be, with all of it integrated out."""
+        likely = sorted(self._assessor.begun, key=lambda each: -each[2])
         begun = [(each.names, each.hypothesis) for each in (base, named)] + [each[:2] for each in likely]
-        search = BesideUnknownSearch(self._case, assess, self._candidates, self._base)
-        return self._integrated(search.best(begun), NEARLY)
+        return BesideUnknownSearch(case, self._assessor, self._candidates, self._base).best(begun)
+
+    def _if_known(self, best: Hypothesis, named: Assessment) -> Assessment:
+        """The effects found beside the unknown where nothing of it is left, if they say more than the named ones."""
+        if self._discrepancies & best.extra.keys():
+            return named
+        found = self._assessor.one(frozenset(best.values) | self._base, Hypothesis(best.values))
+        return found if self._assessor.worth(found, named) else named
 
     def _instead_of_stand_ins(self, final: Assessment) -> Assessment | None:
         """Something unknown in place of an effect that does no more than it, though with the effect nothing is left."""
