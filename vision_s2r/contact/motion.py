@@ -1,212 +1,291 @@
-"""A body in flight and on its support, sample by sample.
+"""Bodies in flight and on their support, sample by sample, a lane each.
 
 Moreau's midpoint scheme: half a step of free motion, the forces and impulses there, the other half; of second order.
 A step in which another point would reach the support is cut there, the impact is taken, and the rest follows: when and
 where a body hits depends smoothly on everything.
+
+Lanes step together, each at a time of its own: one may fly a whole sample while another takes an impact. A lane whose
+body is done is given the next.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from vision_s2r.contact.effects.restitution import SLOW, rebound
-from vision_s2r.contact.effects.support_tilt import tilted_gravity
-from vision_s2r.contact.impulses import (
-    ACTIVE,
-    BEFORE,
+from vision_s2r.contact.effects.restitution import SLOW
+from vision_s2r.contact.impulses import solve
+from vision_s2r.contact.lanes import LANES, Lanes, Mask, any_of, bits, everywhere, in_lanes, where
+from vision_s2r.contact.machine import COLUMNS, ContactMachine
+from vision_s2r.contact.points import Body, lowest_of
+from vision_s2r.contact.room import (
     END,
-    FRICTION,
-    IMPULSE,
-    MIDDLE,
+    FRESH,
+    GRAVITY,
+    PIECES,
+    ROUNDING,
+    SAMPLE,
     START,
-    TARGET,
-    add_point,
-    solve,
+    START_TIME,
+    Room,
+    Solid,
+    give,
+    list_touching,
+    write,
 )
-from vision_s2r.contact.machine import ContactMachine
-from vision_s2r.contact.points import Body, arm, heights
-from vision_s2r.contact.terms import acceleration, directed
+from vision_s2r.contact.terms import acceleration
+from vision_s2r.contact.touching import first_hit, forget, mark, measure, resist
 from vision_s2r.contact.vectors import Matrix, Quaternion, Vector, carried, cross, matrix, moved, times, turned
 from vision_s2r.joint.compiled import compiled
 
 TOUCH = 1e-5  # of the body's reach: points as near as that are at the support
 EVENTS = 20  # impacts within one sample, at most
-PHASE = 0.3  # of a contact spring's oscillation, in rad, that a step goes through at most …
 STILL = 1e-5  # m/s: a body that is as slow at two samples stays where it is
-MOST_PIECES = 40  # … in this many pieces of a step, at most
+DONE = 1e-9  # of the sample time: less than that is left of it
+
+_WIDTH = len(COLUMNS)
 
 State = tuple[Vector, Quaternion, Vector, Vector]  # of the centre of mass: position, attitude, velocity, spin
 
 
-@compiled
-def pieces(machine: ContactMachine, step: float) -> int:
-    """Into how many pieces a step in touch is divided for a contact's spring."""
-    if machine.contact_compliance_stiffness == math.inf:
-        return 1
-    phase = step * math.sqrt(4 * machine.contact_compliance_stiffness / machine.mass)
-    return min(max(math.ceil(phase / PHASE), 1), MOST_PIECES)
+class Lot(NamedTuple):
+    """What lanes have been given."""
+
+    machine: ContactMachine
+    body: Body
+    gravity: Vector
+    start: Lanes  # s since the episode began
+    in_touch: Lanes  # s, of a step near the support, at most
+    spring: Mask  # where a contact gives way
+    tolerance: Lanes  # m: points as near as that are at the support
 
 
-@compiled
-def _point_speed(velocity: Vector, spin: Vector, at: Vector) -> float:
-    return velocity[2] + spin[0] * at[1] - spin[1] * at[0]
+class Progress(NamedTuple):
+    """How far lanes have come."""
+
+    alive: Mask  # where there is a body that is not done
+    state: State
+    lowest: Lanes  # m, height of the lowest point
+    sample: Lanes  # the last that is written
+    left: Lanes  # s, until the next
+    cut: Lanes  # s: the next try is no longer, since something hits in it
+    impact: Mask  # where the next try is an impact of all points at the support: a step of 0
+    events: Lanes  # impacts since the sample
+    still: Mask  # where the body did not move at the sample
 
 
-@compiled
-def _add_point(
-    machine: ContactMachine, terms: np.ndarray, coefficients: np.ndarray, touch: np.ndarray, count: int, k: int,
-    at: Vector, velocity: Vector, spin: Vector, target: float, tensor: Matrix,
-) -> None:  # fmt: skip
-    add_point(touch, count, k, at, tensor)
-    touch[count, TARGET] = target
-    touch[count, BEFORE] = _point_speed(velocity, spin, at)
-    east = velocity[0] + spin[1] * at[2] - spin[2] * at[1]
-    north = velocity[1] + spin[2] * at[0] - spin[0] * at[2]
-    touch[count, FRICTION] = directed(terms, coefficients, machine.lateral_friction, east, north)
+class Clock(NamedTuple):
+    """The same in all lanes."""
 
-
-@compiled
-def _kicked(
-    machine: ContactMachine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray,
-    gravity: Vector, state: State, time: float, step: float, far: bool, settling: bool, tolerance: float,
-    points: np.ndarray, touch: np.ndarray,
-) -> tuple[Vector, Vector]:  # fmt: skip
-    """Velocity and spin after the forces of a step and the impulses of points in touch, in its middle.
-
-    A step of 0 is an impact of all points that are at the support.
-    """
-    position, q, velocity, spin = state
-    impact, spring = step == 0, machine.contact_compliance_stiffness < math.inf
-    near = tolerance if impact else 0.0 if spring else step * SLOW
-    lowest = math.inf
-    if not far or len(coefficients) > 0:
-        lowest = heights(body, corners, position, q, points, MIDDLE)
-    faster, turning = moved(velocity, step, gravity), spin
-    if len(coefficients) > 0:
-        faster = moved(faster, step, acceleration(terms, coefficients, position, velocity, lowest, time))
-    if lowest >= near and body.isotropic:
-        for k in range(len(points)):
-            points[k, ACTIVE] = 0.0
-        return faster, turning
-    r, tensor = matrix(q), body.inverse
-    if not body.isotropic:
-        tensor, inertia = carried(r, body.inverse), carried(r, body.inertia)
-        half = moved(spin, -0.5 * step, times(tensor, cross(spin, times(inertia, spin))))
-        turning = moved(spin, -step, times(tensor, cross(half, times(inertia, half))))
-    count = 0
-    for k in range(len(points)):
-        gap = points[k, MIDDLE]
-        points[k, ACTIVE] = 0.0
-        if lowest >= near or gap >= near:
-            continue
-        at = arm(body, corners, r, k)
-        approach = _point_speed(velocity, spin, at)
-        if impact:
-            target = rebound(approach, machine.restitution)
-            for axis in range(3):  # what a step's impulses were says nothing of an impact's
-                points[k, IMPULSE + axis] = 0.0
-        elif spring:
-            target = -gap
-        elif approach < -SLOW and not settling:
-            continue  # an impact is to come
-        else:
-            target = min(-gap / step, SLOW)
-        points[k, ACTIVE] = 1.0
-        _add_point(machine, terms, coefficients, touch, count, k, at, velocity, spin, target, tensor)
-        count += 1
-    if count > 0:
-        faster, turning = solve(machine, tensor, points, touch, count, faster, turning, spring, step)
-    if impact:
-        for k in range(len(points)):
-            for axis in range(3):
-                points[k, IMPULSE + axis] = 0.0
-    return faster, turning
-
-
-@compiled
-def _first_hit(points: np.ndarray, tolerance: float, spring: bool) -> float:
-    """The share of the try after which the first point that was not in touch is at the support; 2 if none is.
-
-    A spring's point is in touch when it is below the support; a rigid one that hits is at it before it does.
-    """
-    share = 2.0
-    for k in range(len(points)):
-        gap, end = points[k, START], points[k, END]
-        if end < -tolerance and (gap > tolerance if spring else points[k, ACTIVE] == 0):
-            share = min(share, gap / (gap - end) if gap > tolerance else 0.0)
-    return share
+    sample_time: float  # s
+    longest: float  # s, of a step in which forces change
+    last: int  # sample
 
 
 @compiled
 def run(
-    machine: ContactMachine, body: Body, corners: np.ndarray, terms: np.ndarray, coefficients: np.ndarray,
-    first: np.ndarray, start: float, sample_time: float, substeps: int, points: np.ndarray, touch: np.ndarray,
+    machines: np.ndarray, solid: Solid, of_shape: np.ndarray, inward: np.ndarray, first: np.ndarray,
+    starts: np.ndarray, clock: Clock, terms: np.ndarray, share: int, shares: int, flat: Room, jobs: np.ndarray,
     out: np.ndarray,
 ) -> None:  # fmt: skip
-    """The motion from a state [13] at the time `start`, into `out` [T, 13]; both of the centre of the shape."""
-    state = _read(body, first)
-    spring = machine.contact_compliance_stiffness < math.inf
-    longest = sample_time / substeps
-    in_touch = longest / pieces(machine, longest)
-    tolerance = TOUCH * body.reach
-    varying = terms[3, 2] > 0
-    ballistic = body.isotropic and len(coefficients) == 0
-    gravity = tilted_gravity(machine.gravity, machine.support_tilt_roll, machine.support_tilt_pitch)
-    lowest = heights(body, corners, state[0], state[1], points, START)
-    for k in range(len(points)):
-        for axis in range(3):
-            points[k, IMPULSE + axis] = 0.0
-    _write(body, state, out, 0)
-    still = False
-    for sample in range(1, len(out)):
-        left, cut, events, impact = sample_time, math.inf, 0, False
-        while left > 1e-9 * sample_time or impact:
-            position, q, velocity, spin = state
-            speed = abs(velocity[2]) + machine.gravity * left + body.reach * (abs(spin[0]) + abs(spin[1]))
-            far = lowest > speed * left
-            tried = min(left, cut, (math.inf if ballistic else longest) if far else in_touch) if not impact else 0.0
-            middle = (moved(position, 0.5 * tried, velocity), turned(q, spin, 0.5 * tried), velocity, spin)
-            time = start + sample * sample_time - left + 0.5 * tried
-            settling = events == EVENTS  # it rattles: what still approaches is at rest
-            velocity, spin = _kicked(
-                machine, body, corners, terms, coefficients, gravity, middle, time, tried, far, settling, tolerance,
-                points, touch,
-            )  # fmt: skip
-            position = moved(middle[0], 0.5 * tried, velocity)
-            q = turned(middle[1], spin, 0.5 * tried)
-            lower = heights(body, corners, position, q, points, END)
-            share = 2.0 if far or impact or settling else _first_hit(points, tolerance, spring)
-            if 0 < share < 2:
-                cut = share * tried
-                continue
-            impact = share == 0
-            if share == 2:
-                state, lowest = (position, q, velocity, spin), lower
-                left -= tried
-                for k in range(len(points)):
-                    points[k, START] = points[k, END]
-                impact = cut < math.inf and lowest <= tolerance and not spring
-            events += impact
-            cut = math.inf
-        _write(body, state, out, sample)
-        if _slow(body, state) and not varying:
-            if still:
-                for later in range(sample + 1, len(out)):
-                    _write(body, state, out, later)
-                break
-            still = True
-        else:
-            still = False
+    """Motions of machines [C, P] from first states [W, 13] into out [C, W, T, 13], from the second sample on.
+
+    Of all of them every `shares`-th. jobs [LANES] is where lanes keep which is theirs.
+    """
+    room = Room(
+        in_lanes(flat.machine), in_lanes(flat.coefficients), in_lanes(flat.given), in_lanes(flat.corners),
+        in_lanes(flat.points), in_lanes(flat.touch), in_lanes(flat.shown),
+    )  # fmt: skip
+    windows, job, end = len(first), share, len(machines) * len(first)
+    lot, progress = _lot(solid, room, clock), _nothing()
+    while True:
+        if job < end and any_of(~progress.alive):
+            for lane in range(LANES):
+                if job < end and not bits(progress.alive) >> lane & 1:
+                    c, w = divmod(job, windows)
+                    give(flat, lane, machines[c], first[w], starts[w], clock.longest, solid, of_shape, inward)
+                    jobs[lane] = job
+                    job += shares
+            lot = _lot(solid, room, clock)
+            progress = _begun(lot, room, progress, clock)
+        if not any_of(progress.alive):
+            break
+        progress, done = _tried(lot, room, flat, terms, progress, clock)
+        if any_of(done):
+            progress, rests = _arrived(lot, room, progress, done, terms[3, 2] > 0, clock)
+            for lane in range(LANES):
+                if bits(done) >> lane & 1:
+                    c, w = divmod(jobs[lane], windows)
+                    write(flat, lane, bits(rests) >> lane & 1 == 1, out[c, w])
 
 
 @compiled
-def _slow(body: Body, state: State) -> bool:
-    """Whether the body moves by no more than what rounding and unfinished sweeps leave."""
-    _, _, velocity, spin = state
-    return (
-        max(abs(velocity[0]), abs(velocity[1]), abs(velocity[2])) < STILL
-        and body.reach * max(abs(spin[0]), abs(spin[1]), abs(spin[2])) < STILL
+def _lot(solid: Solid, room: Room, clock: Clock) -> Lot:
+    given = room.given
+    machine = ContactMachine(*to_fixed_tuple(room.machine, _WIDTH))  # type: ignore[call-arg]
+    x, y, z = machine.center_of_mass_x, machine.center_of_mass_y, machine.center_of_mass_z
+    reach = solid.reach + math.sqrt(x * x + y * y + z * z)
+    body = Body(solid.rims, given[ROUNDING], (-x, -y, -z), solid.inertia, solid.inverse, solid.isotropic, reach)
+    gravity = (given[GRAVITY], given[GRAVITY + 1], given[GRAVITY + 2])
+    spring = machine.contact_compliance_stiffness < math.inf
+    in_touch = clock.longest / given[PIECES]
+    return Lot(machine, body, gravity, given[START_TIME], in_touch, spring, TOUCH * reach)
+
+
+@compiled
+def _nothing() -> Progress:
+    """No lane has a body."""
+    none, zero = everywhere(False), everywhere(0.0)
+    vector = (zero, zero, zero)
+    return Progress(none, (vector, (zero, zero, zero, zero), vector, vector), zero, zero, zero, zero, none, zero, none)
+
+
+@compiled
+def _begun(lot: Lot, room: Room, p: Progress, clock: Clock) -> Progress:
+    """Where a body has just been given, it is at its first state."""
+    fresh = room.given[FRESH] > 0
+    room.given[FRESH] = everywhere(0.0)
+    state = where(fresh, _read(lot.body, room.given), p.state)
+    lowest = measure(lot.body, room, state[0], matrix(state[1]), END)
+    for k in range(len(room.points)):
+        room.points[k, START] = where(fresh, room.points[k, END], room.points[k, START])
+    return Progress(
+        p.alive | fresh,
+        state,
+        where(fresh, lowest, p.lowest),
+        where(fresh, 0.0, p.sample),
+        where(fresh, clock.sample_time, p.left),
+        where(fresh, math.inf, p.cut),
+        p.impact & ~fresh,
+        where(fresh, 0.0, p.events),
+        p.still & ~fresh,
     )
+
+
+@compiled
+def _tried(lot: Lot, room: Room, flat: Room, terms: np.ndarray, p: Progress, clock: Clock) -> tuple[Progress, Mask]:
+    """A try of a step, which counts unless something hits in it; and where that brings the next sample."""
+    far, step = _step(lot, p, lot.body.isotropic and len(room.coefficients) == 0, clock)
+    near = p.alive & ~far
+    settling = p.events >= EVENTS  # it rattles: what still approaches is at rest
+    middle = _drifted(p.state, 0.5 * step)
+    time = lot.start + (p.sample + 1) * clock.sample_time - p.left + 0.5 * step
+    r = matrix(middle[1])
+    tensor = lot.body.inverse if lot.body.isotropic else carried(r, lot.body.inverse)
+    velocity, spin = _free(lot, room, terms, middle, r, tensor, time, step)
+    if any_of(near):
+        velocity, spin = _supported(
+            lot, room, flat, terms, middle, r, tensor, velocity, spin, step, p.impact, settling, near
+        )
+    after = _drifted((middle[0], middle[1], velocity, spin), 0.5 * step)
+    lowest = measure(lot.body, room, after[0], matrix(after[1]), END)
+
+    share = everywhere(2.0)
+    sunk = near & ~(p.impact | settling) & (lowest < -lot.tolerance)
+    if any_of(sunk):
+        share = where(sunk, first_hit(room, lot.tolerance, lot.spring), share)
+    again, taken = p.alive & (share > 0) & (share < 2), p.alive & (share == 2)
+    for k in range(len(room.points)):
+        room.points[k, START] = where(taken, room.points[k, END], room.points[k, START])
+    state, lowest, left = where(taken, (after, lowest, p.left - step), (p.state, p.lowest, p.left))
+    reached = taken & (p.cut < math.inf) & (lowest <= lot.tolerance) & ~lot.spring
+    impact = p.alive & ((share == 0) | reached)
+    cut, events = where(again, share * step, math.inf), where(impact, p.events + 1, p.events)
+    done = taken & ~impact & (left <= DONE * clock.sample_time)
+    return Progress(p.alive, state, lowest, p.sample, left, cut, impact, events, p.still), done
+
+
+@compiled
+def _step(lot: Lot, p: Progress, ballistic: bool, clock: Clock) -> tuple[Mask, Lanes]:
+    """Where a body stays clear of the support until the next sample, and how long a step to try."""
+    _, _, velocity, spin = p.state
+    speed = abs(velocity[2]) + lot.machine.gravity * p.left + lot.body.reach * (abs(spin[0]) + abs(spin[1]))
+    far = p.alive & ~p.impact & (p.lowest > speed * p.left)
+    flight = p.left if ballistic else min(p.left, clock.longest)
+    return far, where(p.impact, 0.0, where(far, flight, min(min(p.left, p.cut), lot.in_touch)))
+
+
+@compiled
+def _drifted(state: State, time: Lanes) -> State:
+    """After a time at these velocities."""
+    position, q, velocity, spin = state
+    return moved(position, time, velocity), turned(q, spin, time), velocity, spin
+
+
+@compiled
+def _free(
+    lot: Lot, room: Room, terms: np.ndarray, middle: State, r: Matrix, tensor: Matrix, time: Lanes, step: Lanes
+) -> tuple[Vector, Vector]:
+    """Velocity and spin after the forces of a step but the support's; tensor is the inverse inertia."""
+    position, q, velocity, spin = middle
+    faster = moved(velocity, step, lot.gravity)
+    if len(room.coefficients) > 0:
+        lowest = lowest_of(lot.body, room.corners, position, q)
+        faster = moved(faster, step, acceleration(terms, room.coefficients, position, velocity, lowest, time))
+    if lot.body.isotropic:
+        return faster, spin
+    inertia = carried(r, lot.body.inertia)
+    half = moved(spin, -0.5 * step, times(tensor, cross(spin, times(inertia, spin))))
+    return faster, moved(spin, -step, times(tensor, cross(half, times(inertia, half))))
+
+
+@compiled
+def _supported(
+    lot: Lot, room: Room, flat: Room, terms: np.ndarray, middle: State, r: Matrix, tensor: Matrix, faster: Vector,
+    turning: Vector, step: Lanes, impact: Mask, settling: Mask, near: Mask,
+) -> tuple[Vector, Vector]:  # fmt: skip
+    """Velocity and spin after the support's impulses too, where bodies are near it."""
+    position, _, velocity, spin = middle
+    within = where(impact, lot.tolerance, where(lot.spring, 0.0, SLOW * step))
+    anyway = impact | settling | lot.spring
+    touches, others = mark(lot.body, room, r, position, velocity, spin, within, anyway, near)
+    if any_of(others):
+        for lane in range(LANES):
+            if bits(others) >> lane & 1:
+                list_touching(flat, lane)
+    if any_of(impact):
+        forget(room, impact)
+    if any_of(touches):
+        count = resist(
+            lot.machine, lot.body, room, terms, r, tensor, position, velocity, spin, impact, lot.spring, step, near
+        )
+        faster, turning = solve(lot.machine, tensor, room.touch, count, touches, faster, turning, lot.spring, step)
+    if any_of(impact):
+        forget(room, impact)
+    return faster, turning
+
+
+@compiled
+def _arrived(lot: Lot, room: Room, p: Progress, done: Mask, varying: bool, clock: Clock) -> tuple[Progress, Mask]:
+    """Shows the sample that lanes have come to; and where the body rests from now on, unless forces are `varying`."""
+    sample = where(done, p.sample + 1, p.sample)
+    _show(lot.body, p.state, room.shown)
+    room.shown[SAMPLE] = sample
+    slow = everywhere(not varying) & _slow(lot.body, p.state)
+    rests = done & slow & p.still
+    return (
+        Progress(
+            p.alive & ~rests & ~(done & (sample >= clock.last)),
+            p.state,
+            p.lowest,
+            sample,
+            where(done, clock.sample_time, p.left),
+            p.cut,
+            p.impact,
+            where(done, 0.0, p.events),
+            (p.still & ~done) | (slow & done),
+        ),
+        rests,
+    )
+
+
+@compiled
+def _slow(body: Body, state: State) -> Mask:
+    """Whether a body moves by no more than what rounding and unfinished sweeps leave."""
+    _, _, velocity, spin = state
+    fast = max(abs(velocity[0]), max(abs(velocity[1]), abs(velocity[2])))
+    return (fast < STILL) & (body.reach * max(abs(spin[0]), max(abs(spin[1]), abs(spin[2]))) < STILL)
 
 
 @compiled
@@ -219,11 +298,11 @@ def _read(body: Body, row: np.ndarray) -> State:
 
 
 @compiled
-def _write(body: Body, state: State, out: np.ndarray, sample: int) -> None:
+def _show(body: Body, state: State, row: np.ndarray) -> None:
     """Pose and velocities of the centre of the shape."""
     position, q, velocity, spin = state
     offset = times(matrix(q), body.center)
-    out[sample, 0], out[sample, 1], out[sample, 2] = moved(position, 1.0, offset)
-    out[sample, 3], out[sample, 4], out[sample, 5], out[sample, 6] = q
-    out[sample, 7], out[sample, 8], out[sample, 9] = moved(velocity, 1.0, cross(spin, offset))
-    out[sample, 10], out[sample, 11], out[sample, 12] = spin
+    row[0], row[1], row[2] = moved(position, 1.0, offset)
+    row[3], row[4], row[5], row[6] = q
+    row[7], row[8], row[9] = moved(velocity, 1.0, cross(spin, offset))
+    row[10], row[11], row[12] = spin

@@ -5,91 +5,81 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vision_s2r.contact.vectors import Matrix, Quaternion, Vector
+from vision_s2r.contact.lanes import Lanes, where
+from vision_s2r.contact.shape import Shape
+from vision_s2r.contact.vectors import Matrix, Quaternion, Vector, matrix
 from vision_s2r.joint.compiled import compiled
 
-CORNERS, BALL, ROLLER = 0, 1, 2
-KINDS = {"box": CORNERS, "mesh": CORNERS, "sphere": BALL, "cylinder": ROLLER}
+Numbers = tuple[float, float, float, float, float, float, float, float, float]  # a matrix that is the same in all lanes
 
 
 class Body(NamedTuple):
-    """A shape about a centre of mass; compiled code reads it."""
+    """A shape a lane, each about its centre of mass; compiled code reads it.
 
-    kind: int
-    rounding: float  # radius of the ball at each corner
-    center: Vector  # of the shape, from the centre of mass, in the body's frame
-    radius: float
-    half_length: float
-    inertia: Matrix  # of unit mass
-    inverse: Matrix
-    isotropic: bool
-    reach: float  # of the farthest point from the centre of mass
-
-
-@compiled
-def heights(body: Body, corners: np.ndarray, position: Vector, q: Quaternion, points: np.ndarray, column: int) -> float:
-    """Heights of the body's points over the support, into a column of `points` [N, …]; the lowest of them.
-
-    corners [N, 3] of a body that has them are seen from the centre of mass, in the body's frame.
+    Points are balls of the radius `rounding` in a frame that turns with the body, or in that of its rims.
     """
-    down = (
-        2 * (q[0] * q[2] - q[1] * q[3]),
-        2 * (q[1] * q[2] + q[0] * q[3]),
-        1 - 2 * (q[0] * q[0] + q[1] * q[1]),
-    )
-    lowest = math.inf
-    if body.kind == CORNERS:
-        for k in range(len(points)):
-            gap = (
-                position[2]
-                + down[0] * corners[k, 0]
-                + down[1] * corners[k, 1]
-                + down[2] * corners[k, 2]
-                - body.rounding
-            )
-            points[k, column] = gap
-            lowest = min(lowest, gap)
-        return lowest
-    center = position[2] + down[0] * body.center[0] + down[1] * body.center[1] + down[2] * body.center[2]
-    if body.kind == BALL:
-        points[0, column] = center - body.radius
-        return center - body.radius
-    lean = math.sqrt(max(0.0, 1 - down[2] * down[2]))
-    for k in range(8):
-        rim = center + (body.half_length if k < 4 else -body.half_length) * down[2]
-        turn = k % 4  # of the rim: at its lowest point, a quarter on, opposite, a quarter back
-        gap = rim - body.radius * lean * (1.0 if turn == 0 else -1.0 if turn == 2 else 0.0)
-        points[k, column] = gap
-        lowest = min(lowest, gap)
-    return lowest
+
+    rims: bool
+    rounding: Lanes
+    center: Vector  # of the shape, from the centre of mass, in the body's frame
+    inertia: Numbers  # by rows, of unit mass, in the body's frame
+    inverse: Numbers
+    isotropic: bool
+    reach: Lanes  # of the farthest point from the centre of mass
+
+
+def points_of(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Points [N, 3] of a shape, from its centre, and how each moves as all faces move inwards by 1.
+
+    Of a ball its centre, of a cylinder four of either rim, in a frame whose x axis leads, across the cylinder's, to a
+    rim's lowest point.
+    """
+    if shape.kind == "sphere":
+        points = np.zeros((1, 3))
+    elif shape.kind == "cylinder":
+        quarters = ((1, 0), (0, 1), (-1, 0), (0, -1))
+        radius, half = shape.radius, shape.half_length
+        points = np.array([[radius * x, radius * y, end * half] for end in (1, -1) for x, y in quarters])
+    else:
+        return shape.points, shape.inward
+    return points, np.zeros_like(points)
 
 
 @compiled
-def arm(body: Body, corners: np.ndarray, r: Matrix, k: int) -> Vector:
-    """From the centre of mass to point k, in the world's frame; r is the body's rotation."""
-    if body.kind == CORNERS:
-        x, y, z = corners[k, 0], corners[k, 1], corners[k, 2]
-    else:
-        x, y, z = body.center
-    x, y, z = (
-        r[0] * x + r[1] * y + r[2] * z,
-        r[3] * x + r[4] * y + r[5] * z,
-        r[6] * x + r[7] * y + r[8] * z,
-    )
-    if body.kind == CORNERS:
-        return x, y, z - body.rounding
-    if body.kind == BALL:
-        return x, y, z - body.radius
-    if body.kind == ROLLER:
-        along = body.half_length if k < 4 else -body.half_length
-        lean = math.sqrt(max(0.0, 1 - r[8] * r[8]))
-        if lean > 1e-9:  # down, as far as the rim's plane lets it
-            ox, oy, oz = r[8] * r[2] / lean, r[8] * r[5] / lean, (r[8] * r[8] - 1) / lean
-        else:
-            ox, oy, oz = r[0], r[3], r[6]
-        turn = k % 4
-        if turn == 1 or turn == 3:
-            ox, oy, oz = r[5] * oz - r[8] * oy, r[8] * ox - r[2] * oz, r[2] * oy - r[5] * ox
-        size = body.radius if turn < 2 else -body.radius
-        x, y, z = x + along * r[2] + size * ox, y + along * r[5] + size * oy, z + along * r[8] + size * oz
-    return x, y, z
+def frame(body: Body, r: Matrix) -> Matrix:
+    """The rotation of the points' frame, r being the body's."""
+    if not body.rims:
+        return r
+    lean = math.sqrt(max(0.0, 1 - r[8] * r[8]))
+    across = (r[8] * r[2] / lean, r[8] * r[5] / lean, (r[8] * r[8] - 1) / lean)
+    x, y, z = where(lean > 1e-9, across, (r[0], r[3], r[6]))
+    return (
+        x, r[5] * z - r[8] * y, r[2],
+        y, r[8] * x - r[2] * z, r[5],
+        z, r[2] * y - r[5] * x, r[8],
+    )  # fmt: skip
+
+
+@compiled
+def level(body: Body, position: Vector, r: Matrix, f: Matrix) -> tuple[Lanes, Vector]:
+    """What heights of points are, as `along` has them: that of the centre less the rounding, and the way up."""
+    center = position[2] + r[6] * body.center[0] + r[7] * body.center[1] + r[8] * body.center[2]
+    return center - body.rounding, (f[6], f[7], f[8])
+
+
+@compiled
+def along(linear: tuple[Lanes, Vector], corners: np.ndarray, k: int) -> Lanes:
+    """What changes linearly with the place of a point, at point k of corners [N, 3]."""
+    base, slope = linear
+    return base + slope[0] * corners[k, 0] + slope[1] * corners[k, 1] + slope[2] * corners[k, 2]
+
+
+@compiled
+def lowest_of(body: Body, corners: np.ndarray, position: Vector, q: Quaternion) -> Lanes:
+    """Height of the lowest point over the support."""
+    r = matrix(q)
+    heights = level(body, position, r, frame(body, r))
+    lowest = along(heights, corners, 0)
+    for k in range(1, len(corners)):
+        lowest = min(lowest, along(heights, corners, k))
+    return lowest

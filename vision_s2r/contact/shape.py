@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -35,6 +36,16 @@ class Shape:
     def contacts(self) -> int:
         """Points that may touch at a time: corners, a ball's lowest point, four of either rim of a cylinder."""
         return {"sphere": 1, "cylinder": 8}.get(self.kind, len(self.points))
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """Of the inertia [3, 3], 1/m²."""
+        return np.linalg.inv(self.inertia)
+
+    @cached_property
+    def isotropic(self) -> bool:
+        """Whether it resists rotation about any axis alike."""
+        return bool(np.ptp(np.linalg.eigvalsh(self.inertia)) < 1e-9 * np.trace(self.inertia))
 
     def lowest(self, position: np.ndarray, attitude: np.ndarray) -> np.ndarray:
         """Height [...] (m) of the lowest point over the support at positions [..., 3] and attitudes [..., 4]."""

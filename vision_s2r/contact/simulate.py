@@ -12,21 +12,19 @@ import numba
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from vision_s2r.contact.impulses import POINTS_WIDTH, TOUCH_WIDTH
-from vision_s2r.contact.machine import COLUMNS, ContactMachine
-from vision_s2r.contact.motion import run
-from vision_s2r.contact.points import KINDS, Body
+from vision_s2r.contact.lanes import LANES, align_stack
+from vision_s2r.contact.machine import COLUMNS
+from vision_s2r.contact.motion import Clock, run
+from vision_s2r.contact.points import points_of
+from vision_s2r.contact.room import STATE, Room, Solid, rooms_of
 from vision_s2r.contact.shape import Shape
 from vision_s2r.contact.terms import NO_TERMS, Terms
 from vision_s2r.errors import UserError
 
-STATE = 13  # position, attitude (x, y, z, w), velocity, spin
 STEP = 0.0015  # s; the default step is the longest below it that divides the sample time
-MOST_ROUND = 0.95  # of the body's depth: corners are no rounder than that
-WORTH_THREADS = 20_000  # steps; less than this is over before threads have started
+WORTH_THREADS = 60_000  # steps; less than this is over before threads have started
 
 _WIDTH = len(COLUMNS)
-_CENTER = COLUMNS.index("center_of_mass.x")
 _PLAIN: Final = ("C", "W")  # of arrays: one type, so that the kernel is compiled once
 
 
@@ -54,32 +52,37 @@ def simulate(
 
     Raises UserError for shapes that do not fit, and values that cannot be.
     """
-    machines, first = (np.require(x, np.float64, _PLAIN) for x in (machines, first))
+    machines = np.require(machines, np.float64, _PLAIN)
+    # Without a −0, and no sum makes one of others, a lane is the same bits whether 0 is added to it or nothing.
+    first = np.add(first, 0.0, dtype=np.float64, order="C")
     starts = np.zeros(len(first)) if starts is None else np.require(starts, np.float64, _PLAIN)
-    _check(machines, first, starts, samples, sample_time, terms.width, substeps)
+    table, width = terms.array(), terms.width
+    _check(machines, first, starts, samples, sample_time, width, substeps)
     steps = substeps or max(1, math.ceil(sample_time / STEP - 1e-9))
     out = np.empty((len(machines), len(first), samples, STATE))
     jobs = len(machines) * len(first)
     if threads is None:
         threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
-    threads = max(1, min(threads, jobs))
-    corners = np.require(shape.points, np.float64, _PLAIN)
-    round_body = (shape.radius, shape.half_length, shape.inertia.ravel(), np.linalg.inv(shape.inertia).ravel())
-    isotropic = bool(np.ptp(np.linalg.eigvalsh(shape.inertia)) < 1e-9 * np.trace(shape.inertia))
-    body = (
-        KINDS[shape.kind],
-        corners,
-        np.require(shape.inward, np.float64, _PLAIN),
-        shape.depth,
-        *round_body,
-        isotropic,
+    threads = max(1, min(threads, -(-jobs // LANES)))  # lanes that are empty cost as much
+    corners, inward = (np.require(x, np.float64, _PLAIN) for x in points_of(shape))
+    ball, edged = shape.kind == "sphere", shape.kind in ("box", "mesh")
+    solid = (
+        shape.kind == "cylinder",
+        shape.radius if ball else 0.0,
+        shape.depth if edged else 0.0,
+        shape.isotropic,
         shape.reach,
+        shape.inertia.ravel(),
+        shape.inverse.ravel(),
     )
-    inputs = (first, starts, float(sample_time), steps, terms.array())
+    inputs = (first, starts, float(sample_time), steps, table)
+    out[:, :, 0] = first
+    if samples == 1:
+        return out
 
     def share(k: int) -> None:
-        room = (np.empty_like(corners), *(np.zeros((shape.contacts, width)) for width in (POINTS_WIDTH, TOUCH_WIDTH)))
-        _kernel(machines, *body, *inputs, k, threads, *room, out)
+        given = np.zeros(LANES, np.int64)
+        _kernel(machines, corners, inward, *solid, *inputs, k, threads, *rooms_of(shape.contacts, width), given, out)
 
     if threads == 1:
         share(0)
@@ -115,16 +118,15 @@ def _compile(sources: str) -> Callable[..., Any]:
     @numba.njit(nogil=True, error_model="numpy", cache=True, _nrt=False)  # type: ignore[call-overload]
     def kernel(
         machines: np.ndarray,
-        kind: int,
         of_shape: np.ndarray,
         inward: np.ndarray,
-        depth: float,
+        rims: bool,
         radius: float,
-        half_length: float,
-        inertia: np.ndarray,
-        inverse: np.ndarray,
+        depth: float,
         isotropic: bool,
         reach: float,
+        inertia: np.ndarray,
+        inverse: np.ndarray,
         first: np.ndarray,
         starts: np.ndarray,
         sample_time: float,
@@ -132,35 +134,23 @@ def _compile(sources: str) -> Callable[..., Any]:
         terms: np.ndarray,
         share: int,
         shares: int,
+        machine: np.ndarray,
+        coefficients: np.ndarray,
+        given: np.ndarray,
         corners: np.ndarray,
         points: np.ndarray,
         touch: np.ndarray,
+        shown: np.ndarray,
+        jobs: np.ndarray,
         out: np.ndarray,
     ) -> None:
         sources  # noqa: B018
-        windows = len(first)
-        for job in range(share, len(machines) * windows, shares):
-            c, w = divmod(job, windows)
-            row = machines[c]
-            machine = ContactMachine(*to_fixed_tuple(row, _WIDTH))  # type: ignore[call-arg]
-            x, y, z = row[_CENTER], row[_CENTER + 1], row[_CENTER + 2]
-            rounding = min(machine.corner_radius_value, MOST_ROUND * depth)
-            for k in range(len(corners)):
-                for axis in range(3):
-                    corners[k, axis] = of_shape[k, axis] + rounding * inward[k, axis] - row[_CENTER + axis]
-            body = Body(
-                kind,
-                rounding,
-                (-x, -y, -z),
-                radius,
-                half_length,
-                to_fixed_tuple(inertia, 9),
-                to_fixed_tuple(inverse, 9),
-                isotropic,
-                reach + math.sqrt(x * x + y * y + z * z),
-            )
-            motion = (first[w], starts[w], sample_time, substeps)
-            run(machine, body, corners, terms, row[_WIDTH:], *motion, points, touch, out[c, w])
+        align_stack()
+        tensors = (to_fixed_tuple(inertia, 9), to_fixed_tuple(inverse, 9))  # type: ignore[call-arg]
+        solid = Solid(rims, radius, depth, isotropic, reach, *tensors)
+        clock = Clock(sample_time, sample_time / substeps, out.shape[2] - 1)
+        flat = Room(machine, coefficients, given, corners, points, touch, shown)
+        run(machines, solid, of_shape, inward, first, starts, clock, terms, share, shares, flat, jobs, out)
 
     return kernel
 

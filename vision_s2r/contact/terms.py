@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vision_s2r.contact.lanes import Lanes, everywhere, where
 from vision_s2r.contact.vectors import Vector
 from vision_s2r.errors import UserError
 from vision_s2r.joint.compiled import compiled
@@ -62,20 +63,22 @@ NO_TERMS = Terms()
 
 
 @compiled
-def _between(heights: np.ndarray, first: int, stride: int, count: int, place: float) -> float:
+def _between(heights: np.ndarray, first: int, stride: int, count: int, place: Lanes) -> Lanes:
     """Piecewise-linear through the knots heights[first + k·stride], beyond the ends what it is there."""
     place = min(max(place, 0.0), count - 1.0)
-    k = min(int(place), count - 2)
-    left = heights[first + k * stride]
-    return left + (place - k) * (heights[first + (k + 1) * stride] - left)
+    value = heights[first] + place * (heights[first + stride] - heights[first])
+    for k in range(1, count - 1):
+        left = heights[first + k * stride]
+        value = where(place >= k, left + (place - k) * (heights[first + (k + 1) * stride] - left), value)
+    return value
 
 
 @compiled
 def acceleration(
-    terms: np.ndarray, heights: np.ndarray, position: Vector, velocity: Vector, gap: float, time: float
+    terms: np.ndarray, heights: np.ndarray, position: Vector, velocity: Vector, gap: Lanes, time: Lanes
 ) -> Vector:
     """Sum of the terms' accelerations; `gap` is the height of the lowest point."""
-    x, y, z = 0.0, 0.0, 0.0
+    x = y = z = everywhere(0.0)
     first = 0
     if terms[0, 2] > 0:
         z += _between(heights, first, 1, int(terms[0, 1]), math.log2(1 + max(gap, 0.0) / terms[0, 0]))
@@ -87,7 +90,7 @@ def acceleration(
         first += FIELD
     if terms[2, 2] > 0:
         count = int(terms[2, 1])
-        speed = math.sqrt(velocity[0] ** 2 + velocity[1] ** 2 + velocity[2] ** 2) + 1e-9
+        speed = math.sqrt(velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2]) + 1e-9
         share = speed / terms[2, 0]
         drag = _between(heights, first, 1, count, share * (count - 1)) * min(1.0, share * (count - 1)) / speed
         x += heights[first + count] * share - drag * velocity[0]
@@ -104,14 +107,14 @@ def acceleration(
 
 
 @compiled
-def directed(terms: np.ndarray, heights: np.ndarray, friction: float, x: float, y: float) -> float:
+def directed(terms: np.ndarray, heights: np.ndarray, friction: Lanes, x: Lanes, y: Lanes) -> Lanes:
     """The coefficient of friction for sliding towards (x, y)."""
-    square = x * x + y * y
-    if terms[4, 2] == 0 or square < 1e-16:
+    if terms[4, 2] == 0:
         return friction
+    square = x * x + y * y
     size = math.sqrt(square)
     c, s = x / size, y / size
     first = len(heights) - HARMONICS
     change = heights[first] * c + heights[first + 1] * s
     change += heights[first + 2] * (c * c - s * s) + heights[first + 3] * 2 * c * s
-    return friction * max(0.0, 1 + change)
+    return where(square < 1e-16, friction, friction * max(0.0, 1 + change))

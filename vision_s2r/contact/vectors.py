@@ -1,18 +1,19 @@
-"""Vectors, rotations and matrices as tuples: compiled code keeps them in registers."""
+"""Vectors, rotations and matrices as tuples of lanes: compiled code keeps them in registers."""
 
 import math
 
+from vision_s2r.contact.lanes import Lanes, any_of, where
 from vision_s2r.joint.compiled import compiled
 
-Vector = tuple[float, float, float]
-Quaternion = tuple[float, float, float, float]  # x, y, z, w; unit
-Matrix = tuple[float, float, float, float, float, float, float, float, float]  # by rows
+Vector = tuple[Lanes, Lanes, Lanes]
+Quaternion = tuple[Lanes, Lanes, Lanes, Lanes]  # x, y, z, w; unit
+Matrix = tuple[Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes, Lanes]  # by rows
 
 SMALL = 0.5  # rad: rotations up to it by series, to 1e-12
 
 
 @compiled
-def moved(a: Vector, factor: float, b: Vector) -> Vector:
+def moved(a: Vector, factor: Lanes, b: Vector) -> Vector:
     """a + factor·b."""
     return a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2]
 
@@ -34,16 +35,18 @@ def times(m: Matrix, a: Vector) -> Vector:
 
 
 @compiled
-def turned(q: Quaternion, spin: Vector, time: float) -> Quaternion:
+def turned(q: Quaternion, spin: Vector, time: Lanes) -> Quaternion:
     """The attitude after `time` at a constant spin (rad/s, in the world's frame)."""
-    x, y, z = 0.5 * time * spin[0], 0.5 * time * spin[1], 0.5 * time * spin[2]
+    half_time = 0.5 * time
+    x, y, z = half_time * spin[0], half_time * spin[1], half_time * spin[2]
     square = x * x + y * y + z * z  # of half the angle
-    if square < 0.25 * SMALL * SMALL:
-        sine = 1 - square / 6 * (1 - square / 20 * (1 - square / 42 * (1 - square / 72)))
-        w = 1 - square / 2 * (1 - square / 12 * (1 - square / 30 * (1 - square / 56 * (1 - square / 90))))
-    else:
+    sine = 1 + square * (-1 / 6 + square * (1 / 120 + square * (-1 / 5040 + square * (1 / 362880))))
+    w = -1 / 720 + square * (1 / 40320 + square * (-1 / 3628800))
+    w = 1 + square * (-1 / 2 + square * (1 / 24 + square * w))
+    large = square >= 0.25 * SMALL * SMALL
+    if any_of(large):
         half = math.sqrt(square)
-        sine, w = math.sin(half) / half, math.cos(half)
+        sine, w = where(large, (math.sin(half) / half, math.cos(half)), (sine, w))
     x, y, z = sine * x, sine * y, sine * z
     new = (
         w * q[0] + x * q[3] + y * q[2] - z * q[1],

@@ -3,6 +3,7 @@
 import math
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
+from vision_s2r.contact.lanes import Lanes
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 
@@ -25,8 +26,8 @@ class ContactCompliance(ContactEffect):
 
 @compiled
 def spring_impulse(
-    so_far: float, depth: float, speeds: tuple[float, float], mobility: float, spring: tuple[float, float], step: float
-) -> float:
+    so_far: Lanes, depth: Lanes, speeds: tuple[Lanes, Lanes], mobility: Lanes, spring: tuple[Lanes, Lanes], step: Lanes
+) -> Lanes:
     """The impulse of a step of a point's spring, one iteration on from what it is `so_far`.
 
     speeds: normal velocities of the point before the step and now, with all impulses so far; mobility: change of the

@@ -3,6 +3,7 @@
 import math
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
+from vision_s2r.contact.lanes import Lanes, where
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 
@@ -17,10 +18,9 @@ class LateralFriction(ContactEffect):
 
 
 @compiled
-def in_cone(x: float, y: float, most: float) -> tuple[float, float]:
+def in_cone(x: Lanes, y: Lanes, most: Lanes) -> tuple[Lanes, Lanes]:
     """The tangential impulse nearest to (x, y) that is no larger than `most`."""
-    size = math.sqrt(x * x + y * y)
-    if size <= most:
-        return x, y
-    scale = most / size
+    square = x * x + y * y
+    # most / √square, so that root and division do not wait for each other.
+    scale = where(square <= most * most, 1.0, most / square * math.sqrt(square))
     return scale * x, scale * y

@@ -1,6 +1,7 @@
 """Impacts rebound more or less than believed."""
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
+from vision_s2r.contact.lanes import Lanes, where
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 
@@ -18,6 +19,6 @@ SLOW = 0.02  # m/s: points that approach more slowly are in touch and do not reb
 
 
 @compiled
-def rebound(approach: float, restitution: float) -> float:
+def rebound(approach: Lanes, restitution: Lanes) -> Lanes:
     """Normal velocity after an impact with this one (negative: towards the support) before it."""
-    return -restitution * approach if approach < -SLOW else 0.0
+    return where(approach < -SLOW, -restitution * approach, 0.0)

@@ -1,6 +1,7 @@
 """Rolling is braked: the support gives way a little under the body."""
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
+from vision_s2r.contact.lanes import Lanes
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 
@@ -18,6 +19,6 @@ class RollingFriction(ContactEffect):
 
 
 @compiled
-def rolling_limit(coefficient: float, normal_impulse: float) -> float:
+def rolling_limit(coefficient: Lanes, normal_impulse: Lanes) -> Lanes:
     """The largest angular impulse about an axis in the support."""
     return coefficient * normal_impulse

@@ -1,6 +1,7 @@
 """Spinning on the spot is braked: the contact is a patch, not a point."""
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect
+from vision_s2r.contact.lanes import Lanes
 from vision_s2r.effects import Parameter
 from vision_s2r.joint.compiled import compiled
 
@@ -18,6 +19,6 @@ class SpinningFriction(ContactEffect):
 
 
 @compiled
-def spinning_limit(coefficient: float, normal_impulse: float) -> float:
+def spinning_limit(coefficient: Lanes, normal_impulse: Lanes) -> Lanes:
     """The largest angular impulse about the support's normal."""
     return coefficient * normal_impulse
