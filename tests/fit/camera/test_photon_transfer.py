@@ -11,10 +11,12 @@ from vision_s2r.recording.data import CameraRecording
 FRAMES, SIZE = 10, 80
 
 
-def flats(full_well: float, read: float, bits: int, linear: bool, uneven: float) -> tuple[CameraRecording, np.ndarray]:
+def flats(
+    full_well: float, read: float, bits: int, linear: bool, uneven: float, darkest: float = 0.02
+) -> tuple[CameraRecording, np.ndarray]:
     """Grey flat fields of ten exposures, electrons one by one, pixels of gains of their own; and the light [N]."""
     rng = np.random.default_rng(3)
-    light = np.linspace(0.02, 0.8, FRAMES)
+    light = np.linspace(darkest, 0.8, FRAMES)
     own = light[:, None, None] * rng.normal(1, uneven, (SIZE, SIZE))
     seen = rng.poisson(own * full_well) / full_well + rng.normal(0, read, own.shape)
 
@@ -64,3 +66,11 @@ def test_what_pixels_have_in_all_frames_is_no_noise() -> None:
     case = opened(flats(15_000.0, 0.0, 16, True, 0.008)[0])
     found = case.fit(frozenset({"shot_noise"}), range(FRAMES), None).values
     assert found["shot_noise"]["full_well"] == pytest.approx(15_000, rel=0.04)
+
+
+def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
+    case = opened(flats(2_000.0, 0.00545, 8, False, 0.0, darkest=0.0)[0])
+    assert not case.unsteady
+    found = case.fit(frozenset({"shot_noise", "read_noise"}), range(FRAMES), None).values
+    assert found["shot_noise"]["full_well"] == pytest.approx(2_000, rel=0.03)
+    assert found["read_noise"]["sigma"] == pytest.approx(0.00545, rel=0.03)
