@@ -4,7 +4,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from vision_s2r.fit.camera.consistency import (
 )
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
+from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.fitting import (
     Beside,
     Target,
@@ -45,7 +46,7 @@ from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
-from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
+from vision_s2r.fit.camera.study import Study, frames_of_a_fit, open_pictures, study
 from vision_s2r.fit.camera.surfaces import library_of
 from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.recording import CameraRecording
@@ -660,6 +661,14 @@ class CameraCase:
             with torch.inference_mode():
                 self._spreads[key] = spread(self._target, self.study, hypothesis.values)
         return self._spreads[key]
+
+    @torch.inference_mode()
+    def finer(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Its warps fitted once more on finer pictures, where those that were worked on are small."""
+        pictures = self.study.pictures
+        if pictures.scale == 1:
+            return hypothesis
+        return replace(hypothesis, values=with_finer_warps(open_pictures(self.recording), pictures, hypothesis.values))
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """What to photograph next."""
