@@ -1,11 +1,14 @@
 """Shot and read noise are measured: from flat fields, with photon transfer as EMVA 1288 has it for a check."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from tests.fit.camera.test_camera_case import opened
 from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
 FRAMES, SIZE = 10, 80
@@ -74,3 +77,17 @@ def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
     found = case.fit(frozenset({"shot_noise", "read_noise"}), range(FRAMES), None).values
     assert found["shot_noise"]["full_well"] == pytest.approx(2_000, rel=0.03)
     assert found["read_noise"]["sigma"] == pytest.approx(0.00545, rel=0.03)
+
+
+def test_a_blur_that_only_takes_the_rounding_off_slopes_is_none() -> None:
+    rng = np.random.default_rng(4)
+    lowest = np.linspace(0.2, 0.6, FRAMES)[:, None, None]
+    slopes = np.broadcast_to(lowest + 0.25 * np.linspace(0, 1, SIZE), (FRAMES, SIZE, SIZE))
+    noisy = slopes + rng.normal(0, 2 / 255, slopes.shape)
+    sim, real = (
+        np.broadcast_to(np.rint(each * 255)[..., None] / 255, (FRAMES, SIZE, SIZE, 3)).astype(np.float32)
+        for each in (slopes, noisy)
+    )
+    case = opened(replace(flats(2_000.0, 0.0, 8, False, 0.0)[0], sim=sim, real=real))
+    values = {"defocus_blur": {"radius": 2.5}, "shot_noise": {"full_well": 5_000.0}, "read_noise": {"sigma": 0.004}}
+    assert case.negligible(Hypothesis(values), "defocus_blur")

@@ -54,6 +54,7 @@ from vision_s2r.threads import one_thread
 
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
+_ROUNDED = 1.5  # times the variance of rounding, likewise
 _SHOWING = 500  # samples of a brightness, that tell how noisy it is
 _GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
 _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like what is behind
@@ -542,9 +543,14 @@ class CameraCase:
             )
             if float((mean - other).square().mean().sqrt()) < least:
                 return True
-        change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
-        counted = yardstick.counted[few].expand_as(change)
-        return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
+        counted = yardstick.counted[few].expand_as(mean)
+        if not counted.any():
+            return True
+        change = ((mean - other).square() + spread_change.square())[counted]
+        # A blur makes of a rounded slope what it was: the simulator's own rounding is no effect.
+        rounding = (self.study.pictures.scale / (2**self.recording.bits - 1)) ** 2 / 12
+        seen = float((change / yardstick.variance[few].expand_as(mean)[counted]).mean())
+        return seen < _NEGLIGIBLE or float(change.mean()) < _ROUNDED * rounding
 
     def _within_a_lens(self, name: str, values: Values) -> bool:
         """Whether a warp moves things less than another one may move them otherwise than its definition."""
