@@ -122,7 +122,7 @@ def _group_steps(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
     found = []
     for k in range(groups):
         own = matrix[k::groups].sum(0)
-        damped = own + 1e-6 * np.eye(len(own)) * own.diagonal().max()
+        damped = own + max(1e-6 * own.diagonal().max(), 1e-12) * np.eye(len(own))  # frames may show none of them
         found.append(np.linalg.solve(damped, scores[k::groups].sum(0)))
     return np.array(found)
 
