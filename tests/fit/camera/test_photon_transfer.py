@@ -8,6 +8,7 @@ import torch
 
 from tests.fit.camera.test_camera_case import opened
 from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -77,6 +78,14 @@ def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
     found = case.fit(frozenset({"shot_noise", "read_noise"}), range(FRAMES), None).values
     assert found["shot_noise"]["full_well"] == pytest.approx(2_000, rel=0.03)
     assert found["read_noise"]["sigma"] == pytest.approx(0.00545, rel=0.03)
+
+
+def test_an_offset_of_black_leaves_shot_noise_its_name() -> None:
+    recording, _ = flats(10_000.0, 0.0, 16, True, 0.0, darkest=0.0)
+    report = diagnose(replace(recording, real=(recording.real + np.float32(0.016)).clip(0, 1)))
+    assert report.verdict == "partly_explained"
+    assert [effect.name for effect in report.effects] == ["shot_noise"]
+    assert report.effects[0].parameters["full_well"].value == pytest.approx(10_000, rel=0.06)
 
 
 def test_a_blur_that_only_takes_the_rounding_off_slopes_is_none() -> None:
