@@ -31,4 +31,4 @@ def test_lenses_that_bend_alike_do_not_differ() -> None:
     curvature = np.array([[1.0, 0.999], [0.999, 1.0]])  # of k1 and k2, which hardly differ in what they do
     groups = np.array([[0.4, -0.4], [-0.4, 0.4], [0.3, -0.3], [-0.3, 0.3]])
     assert relative_spread(groups, np.array([1.0, 0.0]), curvature) < 0.1
-    assert relative_spread(groups + [[0.4], [-0.4], [0.0], [0.0]], np.array([1.0, 0.0]), curvature) > 0.3
+    assert relative_spread(groups + np.array([[0.4], [-0.4], [0.0], [0.0]]), np.array([1.0, 0.0]), curvature) > 0.3
