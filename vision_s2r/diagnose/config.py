@@ -97,7 +97,7 @@ class DiagnoseConfig:
     policy: str = option("", "The row of these curves; empty: the first.")
     joint: SearchConfig = option(SearchConfig(known=True), "The search for what a joint has.")
     camera: SearchConfig = option(
-        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True),
+        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True),
         "The search for what a camera has.",
     )
     contact: SearchConfig = option(

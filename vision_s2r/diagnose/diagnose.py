@@ -140,6 +140,8 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
             case, assessor = quieter, Assessor(quieter, limits, jobs, cfg.seed)
             found = Search(case, assessor).run()
         settled = settle(case, assessor, found)
+        if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+            settled = settled.at(case.finer(settled.simulator.hypothesis))
         written, experiment = report(case, assessor, settled)
     written |= {"quick": True} if cfg.quick else {}
     if isinstance(recording, JointRecording):

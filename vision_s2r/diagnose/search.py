@@ -266,9 +266,8 @@ class Search:
             return None
         more = self._likeliest(found, [name for name in self._candidates if name not in found.names])
         added = more.names - found.names
-        stands_in = any(self._case.suspicious(more.hypothesis, name) for name in added)
         worth = self._assessor.worth(more, found) or self._assessor.most(more, found)
-        if stands_in or not (added and worth):
+        if not (added and worth) or any(self._case.suspicious(more.hypothesis, name) for name in added):
             return None
         # Where an unknown leaves nothing, a little is gained by whatever its knots are too coarse for.
         enough = self._cfg.promising if self._assessor.adequate(found) else 0.0

@@ -60,6 +60,13 @@ class Settled:
             return self.simulator.hypothesis, self.simulator.assessment.hypothesis
         return self.found.final.hypothesis, self.found.final.hypothesis
 
+    def at(self, hypothesis: Hypothesis) -> "Settled":
+        """With other values of the names that the simulator has."""
+        simulator, fit = self.simulator, self.simulator.assessment.hypothesis
+        fit = replace(fit, values={**fit.values, **hypothesis.values})
+        assessment = replace(simulator.assessment, hypothesis=fit)
+        return replace(self, simulator=replace(simulator, hypothesis=hypothesis, assessment=assessment))
+
 
 def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     """The simulator of a search's end, without names that do not matter or do harm."""

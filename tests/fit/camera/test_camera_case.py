@@ -1,5 +1,7 @@
 """The camera's case: what a recording is said to show, and what not."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -56,6 +58,14 @@ def opened(recording: CameraRecording, *withheld: str) -> CameraCase:
 
 
 EVERY = range(FRAMES)
+
+
+def test_a_black_frame_shows_nothing_and_breaks_nothing() -> None:
+    recording = recorded(exposure={"stops": 0.4})
+    lit = np.arange(FRAMES)[:, None, None, None] > 0
+    case = opened(replace(recording, sim=recording.sim * lit, real=recording.real * lit))
+    low, high = case.intervals(case.fit(frozenset({"exposure"}), EVERY, None))["exposure"]["stops"]
+    assert low < 0.4 < high and high - low < 0.1
 
 
 def test_two_effects_are_proposed_fitted_to_the_floor_and_bounded() -> None:

@@ -1,10 +1,12 @@
 """The fit of a camera's effects: how many predictions it takes."""
 
+import numpy as np
 import pytest
 
 from tests.fit.camera.test_camera_case import opened, recorded
 from vision_s2r.fit.camera import fitting
 from vision_s2r.fit.camera.fitting import gauss_newton
+from vision_s2r.fit.camera.intervals import relative_spread
 
 
 def test_short_steps_carry_their_slopes_on_to_the_same_optimum(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -23,3 +25,10 @@ def test_short_steps_carry_their_slopes_on_to_the_same_optimum(monkeypatch: pyte
     assert seldom < often
     assert one["exposure"]["stops"] == pytest.approx(other["exposure"]["stops"], abs=1e-3)
     assert one["vignetting"]["strength"] == pytest.approx(other["vignetting"]["strength"], abs=1e-3)
+
+
+def test_lenses_that_bend_alike_do_not_differ() -> None:
+    curvature = np.array([[1.0, 0.999], [0.999, 1.0]])  # of k1 and k2, which hardly differ in what they do
+    groups = np.array([[0.4, -0.4], [-0.4, 0.4], [0.3, -0.3], [-0.3, 0.3]])
+    assert relative_spread(groups, np.array([1.0, 0.0]), curvature) < 0.1
+    assert relative_spread(groups + np.array([[0.4], [-0.4], [0.0], [0.0]]), np.array([1.0, 0.0]), curvature) > 0.3

@@ -8,7 +8,9 @@ import torch
 
 from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recorded
 from vision_s2r.fit.camera.discrepancy import FEW
+from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.light import FrameLight, stops
+from vision_s2r.fit.camera.study import open_pictures
 from vision_s2r.recording.data import CameraRecording
 
 K1 = -0.25
@@ -38,6 +40,16 @@ def test_a_lens_is_found_in_light_of_each_frames_own() -> None:
     assert light is not None and light["spread"] > 0.1
     # What a replay leaves has the simulator's light.
     assert case.error(fitted, EVERY).mean() > 50
+
+
+def test_a_lens_found_on_small_pictures_is_looked_at_again_on_finer_ones() -> None:
+    whole = open_pictures(photographed())
+    worked = replace(whole, light=FrameLight("exposure")).half()
+    coarse = {"lens_distortion": {"k1": 1.15 * K1, "k2": 0.15}, "vignetting": {"strength": 0.0}}
+    found = with_finer_warps(whole, worked, coarse)
+    assert found["lens_distortion"]["k1"] == pytest.approx(K1, rel=0.03)
+    assert found["vignetting"] == coarse["vignetting"]
+    assert with_finer_warps(whole, whole, coarse) == coarse
 
 
 def test_steady_light_is_no_frames_own() -> None:

@@ -1,20 +1,26 @@
 """Shot and read noise are measured: from flat fields, with photon transfer as EMVA 1288 has it for a check."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from tests.fit.camera.test_camera_case import opened
 from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
 FRAMES, SIZE = 10, 80
 
 
-def flats(full_well: float, read: float, bits: int, linear: bool, uneven: float) -> tuple[CameraRecording, np.ndarray]:
+def flats(
+    full_well: float, read: float, bits: int, linear: bool, uneven: float, darkest: float = 0.02
+) -> tuple[CameraRecording, np.ndarray]:
     """Grey flat fields of ten exposures, electrons one by one, pixels of gains of their own; and the light [N]."""
     rng = np.random.default_rng(3)
-    light = np.linspace(0.02, 0.8, FRAMES)
+    light = np.linspace(darkest, 0.8, FRAMES)
     own = light[:, None, None] * rng.normal(1, uneven, (SIZE, SIZE))
     seen = rng.poisson(own * full_well) / full_well + rng.normal(0, read, own.shape)
 
@@ -64,3 +70,33 @@ def test_what_pixels_have_in_all_frames_is_no_noise() -> None:
     case = opened(flats(15_000.0, 0.0, 16, True, 0.008)[0])
     found = case.fit(frozenset({"shot_noise"}), range(FRAMES), None).values
     assert found["shot_noise"]["full_well"] == pytest.approx(15_000, rel=0.04)
+
+
+def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
+    case = opened(flats(2_000.0, 0.00545, 8, False, 0.0, darkest=0.0)[0])
+    assert not case.unsteady
+    found = case.fit(frozenset({"shot_noise", "read_noise"}), range(FRAMES), None).values
+    assert found["shot_noise"]["full_well"] == pytest.approx(2_000, rel=0.03)
+    assert found["read_noise"]["sigma"] == pytest.approx(0.00545, rel=0.03)
+
+
+def test_an_offset_of_black_leaves_shot_noise_its_name() -> None:
+    recording, _ = flats(10_000.0, 0.0, 16, True, 0.0, darkest=0.0)
+    report = diagnose(replace(recording, real=(recording.real + np.float32(0.016)).clip(0, 1)))
+    assert report.verdict == "partly_explained"
+    assert [effect.name for effect in report.effects] == ["shot_noise"]
+    assert report.effects[0].parameters["full_well"].value == pytest.approx(10_000, rel=0.06)
+
+
+def test_a_blur_that_only_takes_the_rounding_off_slopes_is_none() -> None:
+    rng = np.random.default_rng(4)
+    lowest = np.linspace(0.2, 0.6, FRAMES)[:, None, None]
+    slopes = np.broadcast_to(lowest + 0.25 * np.linspace(0, 1, SIZE), (FRAMES, SIZE, SIZE))
+    noisy = slopes + rng.normal(0, 2 / 255, slopes.shape)
+    sim, real = (
+        np.broadcast_to(np.rint(each * 255)[..., None] / 255, (FRAMES, SIZE, SIZE, 3)).astype(np.float32)
+        for each in (slopes, noisy)
+    )
+    case = opened(replace(flats(2_000.0, 0.0, 8, False, 0.0)[0], sim=sim, real=real))
+    values = {"defocus_blur": {"radius": 2.5}, "shot_noise": {"full_well": 5_000.0}, "read_noise": {"sigma": 0.004}}
+    assert case.negligible(Hypothesis(values), "defocus_blur")

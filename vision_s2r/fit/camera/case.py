@@ -4,7 +4,7 @@ import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from vision_s2r.fit.camera.consistency import (
 )
 from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
+from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.fitting import (
     Beside,
     Target,
@@ -45,7 +46,7 @@ from vision_s2r.fit.camera.prediction import Stages, without_encoder
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
 from vision_s2r.fit.camera.scoring import FrameScore, mismatch, predicted_noise, score
-from vision_s2r.fit.camera.study import Study, frames_of_a_fit, study
+from vision_s2r.fit.camera.study import Study, frames_of_a_fit, open_pictures, study
 from vision_s2r.fit.camera.surfaces import library_of
 from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.recording import CameraRecording
@@ -53,6 +54,7 @@ from vision_s2r.threads import one_thread
 
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 _NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
+_ROUNDED = 1.5  # times the variance of rounding, likewise
 _SHOWING = 500  # samples of a brightness, that tell how noisy it is
 _GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
 _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like what is behind
@@ -541,9 +543,14 @@ class CameraCase:
             )
             if float((mean - other).square().mean().sqrt()) < least:
                 return True
-        change = ((mean - other).square() + spread_change.square()) / yardstick.variance[few]
-        counted = yardstick.counted[few].expand_as(change)
-        return float(change[counted].mean()) < _NEGLIGIBLE if counted.any() else True
+        counted = yardstick.counted[few].expand_as(mean)
+        if not counted.any():
+            return True
+        change = ((mean - other).square() + spread_change.square())[counted]
+        # A blur makes of a rounded slope what it was: the simulator's own rounding is no effect.
+        rounding = (self.study.pictures.scale / (2**self.recording.bits - 1)) ** 2 / 12
+        seen = float((change / yardstick.variance[few].expand_as(mean)[counted]).mean())
+        return seen < _NEGLIGIBLE or float(change.mean()) < _ROUNDED * rounding
 
     def _within_a_lens(self, name: str, values: Values) -> bool:
         """Whether a warp moves things less than another one may move them otherwise than its definition."""
@@ -660,6 +667,14 @@ class CameraCase:
             with torch.inference_mode():
                 self._spreads[key] = spread(self._target, self.study, hypothesis.values)
         return self._spreads[key]
+
+    @torch.inference_mode()
+    def finer(self, hypothesis: Hypothesis) -> Hypothesis:
+        """Its warps fitted once more on finer pictures, where those that were worked on are small."""
+        pictures = self.study.pictures
+        if pictures.scale == 1:
+            return hypothesis
+        return replace(hypothesis, values=with_finer_warps(open_pictures(self.recording), pictures, hypothesis.values))
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """What to photograph next."""

@@ -70,8 +70,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
             point = pack(values, [name])
             departure = (point - neutral_point(name, values[name], target.pictures.optics)) / steps[own]
             least = _LAMP if name in lights else _AT_STAGE.get(CAMERA_FITS[name].stage, _LEAST)
-            between = groups[:, own].std(axis=0, ddof=1)
-            relative[name] = float(np.linalg.norm(between)) / max(float(np.linalg.norm(departure)), 1e-9)
+            relative[name] = relative_spread(groups[:, own], departure, matrix.sum(0)[own, own])
             half = np.hypot(deviation[own], np.maximum(_TOLERANCE * np.abs(departure), least)) * steps[own]
             intervals[name] = _outward(name, values, point, half * stdtrit(max(count - 1, 1), 0.975))
     for name in values:
@@ -122,9 +121,19 @@ def _group_steps(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
     found = []
     for k in range(groups):
         own = matrix[k::groups].sum(0)
-        damped = own + 1e-6 * np.eye(len(own)) * own.diagonal().max()
+        damped = own + max(1e-6 * own.diagonal().max(), 1e-12) * np.eye(len(own))  # frames may show none of them
         found.append(np.linalg.solve(damped, scores[k::groups].sum(0)))
     return np.array(found)
+
+
+def relative_spread(groups: np.ndarray, departure: np.ndarray, curvature: np.ndarray) -> float:
+    """How much what groups of frames [groups, P] ask for differs, beside the departure [P] from neutral.
+
+    By what it does to the pictures: k1 and k2 of a lens may differ much and bend it alike.
+    """
+    between = np.cov(groups, rowvar=False).reshape(curvature.shape)
+    work = departure @ curvature @ departure
+    return float(np.sqrt(np.trace(between @ curvature) / max(work, 1e-18 * np.trace(curvature), 1e-12)))
 
 
 def _outward(name: str, values: Values, point: np.ndarray, half: np.ndarray) -> dict[str, tuple[float, float]]:

@@ -24,6 +24,7 @@ _RIDGE = 1e-5  # of the mean curvature: a frame that shows one grey has no veil 
 _POINTS = 20_000  # of a frame, that its light is fitted to, at most
 _DIFFERS = 0.03  # standard deviation of the frames' gains, from which light may be said to differ
 _LEFT = 0.8  # of what a simpler light leaves: one that is more the frames' own has to leave less than this
+_BLACK = 0.05  # of full scale: values below it say nothing of light, noise and a sensor's offset move them
 LEAST_FRAMES = 3  # that have a spread
 _FINEST = 80  # px of the shorter side, of the pictures on which it is decided
 
@@ -141,11 +142,12 @@ class Differing:
 
 def differing(mean: Tensor, real: Tensor, weight: Tensor) -> Differing:
     """How frames [N, C, H, W] differ in light, beside a prediction in the light that all have alike."""
-    grey, seen, weight = mean.mean(1, keepdim=True), real.mean(1, keepdim=True), weight.amax(1, keepdim=True)
+    grey, seen = mean.mean(1, keepdim=True), real.mean(1, keepdim=True)
+    weight = weight.amax(1, keepdim=True) * (grey > _BLACK)
     lit = FrameLight("field").on(grey, seen, weight)
     common = _common(lit, seen - grey, grey)
     scaled = FrameLight("exposure").on(common, seen, weight)
-    pixels = float((weight > 0).sum())
+    pixels = max(float((weight > 0).sum()), 1.0)
     losses = [
         float(_robust((seen - each).square() * weight).sum()) / pixels for each in (common, scaled.mean, lit.mean)
     ]
