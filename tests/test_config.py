@@ -65,7 +65,7 @@ def test_a_configuration_in_memory_is_the_command_lines():
     """Where no group sets anything else; the camera's search was only ever measured with few sets."""
     found = compose(DiagnoseConfig, "diagnose")
     assert found == DiagnoseConfig() and found.camera == SearchConfig(
-        folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True
+        folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True
     )
     for name in ("replay", "identify", "metrics", "actuator", "control"):
         assert compose(CONFIGURATIONS[name], name) == CONFIGURATIONS[name]()

@@ -28,8 +28,8 @@ from vision_s2r.contact.room import (
     SAMPLE,
     START,
     START_TIME,
+    ConvexSolid,
     Room,
-    Solid,
     give,
     list_touching,
     write,
@@ -61,7 +61,7 @@ class Lot(NamedTuple):
     tolerance: Lanes  # m: points as near as that are at the support
 
 
-class Progress(NamedTuple):
+class Course(NamedTuple):
     """How far lanes have come."""
 
     alive: Mask  # where there is a body that is not done
@@ -85,7 +85,7 @@ class Clock(NamedTuple):
 
 @compiled
 def run(
-    machines: np.ndarray, solid: Solid, of_shape: np.ndarray, inward: np.ndarray, first: np.ndarray,
+    machines: np.ndarray, solid: ConvexSolid, of_shape: np.ndarray, inward: np.ndarray, first: np.ndarray,
     starts: np.ndarray, clock: Clock, terms: np.ndarray, share: int, shares: int, flat: Room, jobs: np.ndarray,
     out: np.ndarray,
 ) -> None:  # fmt: skip
@@ -121,7 +121,7 @@ def run(
 
 
 @compiled
-def _lot(solid: Solid, room: Room, clock: Clock) -> Lot:
+def _lot(solid: ConvexSolid, room: Room, clock: Clock) -> Lot:
     given = room.given
     machine = ContactMachine(*to_fixed_tuple(room.machine, _WIDTH))  # type: ignore[call-arg]
     x, y, z = machine.center_of_mass_x, machine.center_of_mass_y, machine.center_of_mass_z
@@ -134,15 +134,15 @@ def _lot(solid: Solid, room: Room, clock: Clock) -> Lot:
 
 
 @compiled
-def _nothing() -> Progress:
+def _nothing() -> Course:
     """No lane has a body."""
     none, zero = everywhere(False), everywhere(0.0)
     vector = (zero, zero, zero)
-    return Progress(none, (vector, (zero, zero, zero, zero), vector, vector), zero, zero, zero, zero, none, zero, none)
+    return Course(none, (vector, (zero, zero, zero, zero), vector, vector), zero, zero, zero, zero, none, zero, none)
 
 
 @compiled
-def _begun(lot: Lot, room: Room, p: Progress, clock: Clock) -> Progress:
+def _begun(lot: Lot, room: Room, p: Course, clock: Clock) -> Course:
     """Where a body has just been given, it is at its first state."""
     fresh = room.given[FRESH] > 0
     room.given[FRESH] = everywhere(0.0)
@@ -150,7 +150,7 @@ def _begun(lot: Lot, room: Room, p: Progress, clock: Clock) -> Progress:
     lowest = measure(lot.body, room, state[0], matrix(state[1]), END)
     for k in range(len(room.points)):
         room.points[k, START] = where(fresh, room.points[k, END], room.points[k, START])
-    return Progress(
+    return Course(
         p.alive | fresh,
         state,
         where(fresh, lowest, p.lowest),
@@ -164,7 +164,7 @@ def _begun(lot: Lot, room: Room, p: Progress, clock: Clock) -> Progress:
 
 
 @compiled
-def _tried(lot: Lot, room: Room, flat: Room, terms: np.ndarray, p: Progress, clock: Clock) -> tuple[Progress, Mask]:
+def _tried(lot: Lot, room: Room, flat: Room, terms: np.ndarray, p: Course, clock: Clock) -> tuple[Course, Mask]:
     """A try of a step, which counts unless something hits in it; and where that brings the next sample."""
     far, step = _step(lot, p, lot.body.isotropic and len(room.coefficients) == 0, clock)
     near = p.alive & ~far
@@ -193,11 +193,11 @@ def _tried(lot: Lot, room: Room, flat: Room, terms: np.ndarray, p: Progress, clo
     impact = p.alive & ((share == 0) | reached)
     cut, events = where(again, share * step, math.inf), where(impact, p.events + 1, p.events)
     done = taken & ~impact & (left <= DONE * clock.sample_time)
-    return Progress(p.alive, state, lowest, p.sample, left, cut, impact, events, p.still), done
+    return Course(p.alive, state, lowest, p.sample, left, cut, impact, events, p.still), done
 
 
 @compiled
-def _step(lot: Lot, p: Progress, ballistic: bool, clock: Clock) -> tuple[Mask, Lanes]:
+def _step(lot: Lot, p: Course, ballistic: bool, clock: Clock) -> tuple[Mask, Lanes]:
     """Where a body stays clear of the support until the next sample, and how long a step to try."""
     _, _, velocity, spin = p.state
     speed = abs(velocity[2]) + lot.machine.gravity * p.left + lot.body.reach * (abs(spin[0]) + abs(spin[1]))
@@ -257,7 +257,7 @@ def _supported(
 
 
 @compiled
-def _arrived(lot: Lot, room: Room, p: Progress, done: Mask, varying: bool, clock: Clock) -> tuple[Progress, Mask]:
+def _arrived(lot: Lot, room: Room, p: Course, done: Mask, varying: bool, clock: Clock) -> tuple[Course, Mask]:
     """Shows the sample that lanes have come to; and where the body rests from now on, unless forces are `varying`."""
     sample = where(done, p.sample + 1, p.sample)
     _show(lot.body, p.state, room.shown)
@@ -265,7 +265,7 @@ def _arrived(lot: Lot, room: Room, p: Progress, done: Mask, varying: bool, clock
     slow = everywhere(not varying) & _slow(lot.body, p.state)
     rests = done & slow & p.still
     return (
-        Progress(
+        Course(
             p.alive & ~rests & ~(done & (sample >= clock.last)),
             p.state,
             p.lowest,

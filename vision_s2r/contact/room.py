@@ -59,7 +59,7 @@ _MASS, _GRAVITY, _TILT, _RADIUS, _STIFFNESS, _DAMPING = (
 )
 
 
-class Solid(NamedTuple):
+class ConvexSolid(NamedTuple):
     """A shape, the same in all lanes."""
 
     rims: bool  # whether its points are those of rims
@@ -112,7 +112,7 @@ def pieces(stiffness: float, mass: float, step: float) -> int:
 
 @compiled
 def give(
-    flat: Room, lane: int, machine: np.ndarray, first: np.ndarray, start: float, step: float, solid: Solid,
+    flat: Room, lane: int, machine: np.ndarray, first: np.ndarray, start: float, step: float, solid: ConvexSolid,
     of_shape: np.ndarray, inward: np.ndarray,
 ) -> None:  # fmt: skip
     """Put a machine [P + K] and a first state [13] of a shape's body into a lane."""

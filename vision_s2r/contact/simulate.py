@@ -16,7 +16,7 @@ from vision_s2r.contact.lanes import LANES, align_stack
 from vision_s2r.contact.machine import COLUMNS
 from vision_s2r.contact.motion import Clock, run
 from vision_s2r.contact.points import points_of
-from vision_s2r.contact.room import STATE, Room, Solid, rooms_of
+from vision_s2r.contact.room import STATE, ConvexSolid, Room, rooms_of
 from vision_s2r.contact.shape import Shape
 from vision_s2r.contact.terms import NO_TERMS, Terms
 from vision_s2r.errors import UserError
@@ -147,7 +147,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         sources  # noqa: B018
         align_stack()
         tensors = (to_fixed_tuple(inertia, 9), to_fixed_tuple(inverse, 9))  # type: ignore[call-arg]
-        solid = Solid(rims, radius, depth, isotropic, reach, *tensors)
+        solid = ConvexSolid(rims, radius, depth, isotropic, reach, *tensors)
         clock = Clock(sample_time, sample_time / substeps, out.shape[2] - 1)
         flat = Room(machine, coefficients, given, corners, points, touch, shown)
         run(machines, solid, of_shape, inward, first, starts, clock, terms, share, shares, flat, jobs, out)

@@ -46,12 +46,13 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         base = self._assessor.one(self._base)
-        named = self._shed(self._swap(self._grow(base)), self._effects)
+        integrates = isinstance(self._case, BesideUnknown)
+        named = self._shed(self._swap(self._grow(base, COINCIDENCE if integrates else self._cfg.most)), self._effects)
         if isinstance(self._case, BesideUnknown) and not (self._assessor.adequate(named) or self._slight(named)):
             best = self._beside_unknown(self._case, named, base)
             if beside := self._integrated(best, NEARLY):
                 return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
-            named = self._if_known(best, named)
+            named = self._if_known(best, self._shed(self._swap(self._grow(base, self._cfg.most)), self._effects))
         final, resembles = named, Names()
         if self._assessor.adequate(named):
             final = self._restore(named)
@@ -110,10 +111,10 @@ class Search:
             return None
         return self._assessor.one(frozenset(found.values) | self._base | self._discrepancies, found)
 
-    def _grow(self, base: Assessment) -> Assessment:
+    def _grow(self, base: Assessment, most: int) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
         best, beam, patience = base, [base], 1
-        for size in range(1, self._cfg.most + 1):
+        for size in range(1, most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
             children = self._settled(size, best) or self._children(beam, size)
