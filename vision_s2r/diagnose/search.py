@@ -46,13 +46,13 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         base = self._assessor.one(self._base)
-        integrates = isinstance(self._case, BesideUnknown)
-        named = self._shed(self._swap(self._grow(base, COINCIDENCE if integrates else self._cfg.most)), self._effects)
-        if isinstance(self._case, BesideUnknown) and not (self._assessor.adequate(named) or self._slight(named)):
-            best = self._beside_unknown(self._case, named, base)
+        case = self._case if isinstance(self._case, BesideUnknown) else None
+        named = self._effects_alone(base, COINCIDENCE if case else self._cfg.most)
+        if case and not (self._assessor.adequate(named) or self._slight(named)):
+            best = self._beside_unknown(case, named, base)
             if beside := self._integrated(best, NEARLY):
                 return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
-            named = self._if_known(best, self._shed(self._swap(self._grow(base, self._cfg.most)), self._effects))
+            named = self._if_known(best, self._effects_alone(base, self._cfg.most))
         final, resembles = named, Names()
         if self._assessor.adequate(named):
             final = self._restore(named)
@@ -110,6 +110,10 @@ class Search:
         if not self._discrepancies & found.extra.keys() or self._assessor.left(found) > rest:
             return None
         return self._assessor.one(frozenset(found.values) | self._base | self._discrepancies, found)
+
+    def _effects_alone(self, base: Assessment, most: int) -> Assessment:
+        """The set of so many effects at most that is worth its names, beside nothing unknown."""
+        return self._shed(self._swap(self._grow(base, most)), self._effects)
 
     def _grow(self, base: Assessment, most: int) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
