@@ -49,10 +49,6 @@ class Assessment:
         return _rest(self.excess)
 
 
-def _share(more: Assessment, less: Assessment) -> float:
-    return (less.rest - more.rest) / less.rest if less.rest > 0 else 0.0
-
-
 def _rest(excess: np.ndarray) -> float:
     return float(np.exp(np.log(excess.clip(1e-12)).mean())) - 1
 
@@ -134,12 +130,13 @@ class Assessor:
         Where both leave more than noise, a likelihood of fixed sharpness is overconfident by that much: it is divided
         by the smaller excess, as in the quasi-likelihood criteria (Burnham and Anderson 2002, section 2.5).
         """
+        relief = less.rest - more.rest
+        share = relief / less.rest if less.rest > 0 else 0.0
         if more.evidence is not None and less.evidence is not None:
-            nats, share = more.evidence - less.evidence, _share(more, less)
-            return Gain(nats, nats, less.rest - more.rest, share)
+            nats = more.evidence - less.evidence
+            return Gain(nats, nats, relief, share)
         dispersion = max(1.0, 1 + min(more.rest, less.rest)) if self.case.sharp else 1.0
         difference = (more.loglik - less.loglik) / dispersion
-        relief, share = less.rest - more.rest, _share(more, less)
         # Few blocks are sure of nothing: of most of what is left less certainty is asked of them.
         few = len(difference) < FEW and share > MAIN
         level = min(SURE, self.cfg.confidence) if few else self.cfg.confidence

@@ -36,8 +36,10 @@ class BesideUnknownSearch:
         `worth`: nats that an effect brings where nothing is unknown. One that is there brings them in any case.
         """
         effects = found.names & self._candidates
+        if not effects:
+            return None
+        whole = self._fit(effects, found.hypothesis)
         for name in sorted(effects):
-            whole = self._fit(effects, found.hypothesis) if effects not in self._fitted else self._fitted[effects]
             less = self._fit(effects - {name}, whole)
             if float(whole.extra[EVIDENCE]) - float(less.extra[EVIDENCE]) < min(self._cfg.promising, OWN * worth(name)):
                 return less

@@ -36,6 +36,7 @@ class Search:
 
     def __init__(self, case: Case, assessor: Assessor) -> None:
         self._case, self._assessor, self._cfg = case, assessor, assessor.cfg
+        self._integrating = case if isinstance(case, BesideUnknown) else None
         self._certain = frozenset(case.certain)
         self._base = case.refitted | self._certain
         self._effects = frozenset(case.library) - self._base
@@ -46,12 +47,12 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         base = self._assessor.one(self._base)
-        case = self._case if isinstance(self._case, BesideUnknown) else None
-        named = self._effects_alone(base, COINCIDENCE if case else self._cfg.most)
-        if case and not (self._assessor.adequate(named) or self._slight(named)):
-            best = self._beside_unknown(case, named, base)
+        integrating = self._integrating
+        named = self._effects_alone(base, COINCIDENCE if integrating else self._cfg.most)
+        if integrating and not (self._assessor.adequate(named) or self._slight(named)):
+            best = self._beside_unknown(integrating, named, base)
             if beside := self._integrated(best, NEARLY):
-                return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
+                return self._found(beside, beside, base)
             named = self._if_known(best, self._effects_alone(base, self._cfg.most))
         final, resembles = named, Names()
         if self._assessor.adequate(named):
@@ -65,12 +66,14 @@ class Search:
             kept = self._assessor.one(final.names - contradicted - self._discrepancies, final.hypothesis)
             named, resembles = self._challenge(kept, base)
             final = self._restore(named)
-        if beside := self._instead_of_stand_ins(final):
-            return self._found(beside, beside, base, self._discrepancies & beside.hypothesis.extra.keys())
-        return self._found(final, named, base, resembles | final.names & self._discrepancies)
+        if integrating and (beside := self._instead_of_stand_ins(integrating, final)):
+            return self._found(beside, beside, base)
+        return self._found(final, named, base, resembles)
 
-    def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names) -> Found:
+    def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names = frozenset()) -> Found:
+        """`resembles`: discrepancies beside those that the final set fits; of its names some may come to nothing."""
         assess = self._assessor
+        resembles |= self._discrepancies & final.hypothesis.extra.keys()
         unknown = final.names & self._discrepancies
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ, or a gain for some, may be doing its work.
@@ -92,12 +95,12 @@ class Search:
         found = self._assessor.one(frozenset(best.values) | self._base, Hypothesis(best.values))
         return found if self._assessor.worth(found, named) else named
 
-    def _instead_of_stand_ins(self, final: Assessment) -> Assessment | None:
+    def _instead_of_stand_ins(self, case: BesideUnknown, final: Assessment) -> Assessment | None:
         """Something unknown in place of an effect that does no more than it, though with the effect nothing is left."""
         assess = self._assessor
-        if not isinstance(self._case, BesideUnknown) or final.names & self._discrepancies or not assess.adequate(final):
+        if final.names & self._discrepancies or not assess.adequate(final):
             return None
-        search = BesideUnknownSearch(self._case, assess, self._candidates, self._base)
+        search = BesideUnknownSearch(case, assess, self._candidates, self._base)
 
         def worth(name: str) -> float:
             return assess.gain(final, assess.one(final.names - {name}, final.hypothesis)).nats

@@ -269,9 +269,9 @@ class JointCase:
             names = names | {own for name, own in OWN.items() if name in names}
         if names >= smooth_unknown.ALL:
             begun = start or NOMINAL
-            return (
-                self._smooth.part(begun, segments) if len(segments) < self.segments else self._smooth.fit(names, begun)
-            )
+            if len(segments) < self.segments:
+                return self._smooth.part(begun, segments)
+            return self._smooth.fit(names, begun)
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:

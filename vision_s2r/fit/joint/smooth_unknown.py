@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from vision_s2r.fit.case import Hypothesis, Names, Segments
+from vision_s2r.fit.coordinates import Setting
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, MEANINGS
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
@@ -87,19 +88,29 @@ class _Linear:
         """[D, D] of the likelihood."""
         return self.slopes @ self.slopes.T
 
+    @cached_property
+    def uphill(self) -> np.ndarray:
+        """The likelihood's slope [D] of the cost."""
+        return self.slopes @ self.residuals
+
+    def leaving(self, residuals: np.ndarray) -> "_Linear":
+        """The same with other residuals; the curvature is theirs, too."""
+        found = replace(self, residuals=residuals)
+        vars(found)["curvature"] = self.curvature
+        return found
+
     def bend(self, precision: np.ndarray) -> np.ndarray:
         """The curvature [D, D] of likelihood and prior; a coordinate that nothing shows has a little."""
         bend = self.curvature + precision
         bend[np.diag_indices(len(bend))] += SLIGHT * (1 + np.diag(bend))
         return bend
 
-    def step(self, precision: np.ndarray, residuals: np.ndarray) -> tuple[np.ndarray, float]:
-        """The step [D], in units, to the optimum from these weighted residuals, and the cost there, nats."""
+    def step(self, precision: np.ndarray) -> tuple[np.ndarray, float]:
+        """The step [D], in units, to the optimum under a prior, and the cost there, nats."""
         away = self.layout.away(self.point)
-        bend = self.bend(precision)
-        downhill = -self.slopes @ residuals - precision @ away
-        step = np.linalg.solve(bend, downhill)
-        cost = 0.5 * (residuals @ residuals + away @ precision @ away - downhill @ step)
+        downhill = -self.uphill - precision @ away
+        step = np.linalg.solve(self.bend(precision), downhill)
+        cost = 0.5 * (self.residuals @ self.residuals + away @ precision @ away - downhill @ step)
         return step, float(cost)
 
 
@@ -108,8 +119,10 @@ class SmoothUnknown:
 
     def __init__(self, fitter: JointFitter, floor: Floor) -> None:
         """`floor` is what the noise of the recording is known to be."""
-        self._fitter, self._observer, self._floor = fitter, fitter.observer, floor
+        self._fitter, self._floor = fitter, floor
+        self._inside = fitter.track.segment >= 0  # [E, T]
         self._kept: tuple[object, _Linear] | None = None
+        self._screened: dict[object, tuple[float, Hypothesis]] = {}
 
     def fit(self, names: Names, start: Hypothesis) -> Hypothesis:
         """The likeliest values of these effects and of the processes, from the whole recording; with their evidence.
@@ -148,7 +161,7 @@ class SmoothUnknown:
         counted = np.broadcast_to(inside, linear.weight.shape).ravel()
         some = replace(linear, slopes=linear.slopes * counted, residuals=linear.residuals * counted)
         space, variances = linear.layout.space, whole.extra[VARIANCES]
-        step, _ = some.step(linear.layout.precision(variances, linear.stiffness), some.residuals)
+        step, _ = some.step(linear.layout.precision(variances, linear.stiffness))
         point = np.clip(linear.point + step * linear.layout.unit, space.low, space.high)
         return self._with_evidence(space, point, variances, whole.extra[EVIDENCE])
 
@@ -158,33 +171,45 @@ class SmoothUnknown:
         Each start is simulated. All other coordinates make up for it as far as they can, to first order, and the
         processes are as large as is likeliest then.
         """
-        linear = self._about(hypothesis)
-        layout, point = linear.layout, linear.point
         variances: Mapping[str, float] = hypothesis.extra[VARIANCES]
-        now = _evidence(linear, variances)[0]
-        row, left = layout.space.row(point), self._fitter.residuals(hypothesis, range(self._fitter.track.count))
-        found = dict.fromkeys(names, (0.0, hypothesis))
-        for name in names:
-            space = self._fitter.space(names_of(hypothesis) | {name})
-            for setting in JOINT_FITS[name].starts(self._fitter.track, row, left):
-                there = space.start(Hypothesis({**hypothesis.values, name: setting}, hypothesis.extra))
-                residuals = (self._residuals(space, there[None])[0] * linear.weight).ravel()
-                evidence, step, likeliest = _evidence(replace(linear, residuals=residuals), variances)
-                if evidence - now > found[name][0]:
-                    there[[owner != name for owner in space.owner]] += step * layout.unit
-                    there = np.clip(there, space.low, space.high)
-                    found[name] = evidence - now, space.hypothesis(there, {VARIANCES: likeliest})
-        return found
+        here = (self._key(hypothesis), tuple(sorted(variances.items())))
+        new = [name for name in names if (here, name) not in self._screened]
+        if new:
+            linear = self._about(hypothesis)
+            row, left = (
+                linear.layout.space.row(linear.point),
+                self._fitter.residuals(hypothesis, range(self._fitter.count)),
+            )
+            now = _evidence(linear, variances)[0]
+            for name in new:
+                starts = JOINT_FITS[name].starts(self._fitter.track, row, left)
+                self._screened[here, name] = self._best_start(hypothesis, linear, now, name, starts)
+        return {name: self._screened[here, name] for name in names}
+
+    def _best_start(
+        self, hypothesis: Hypothesis, linear: _Linear, now: float, name: str, starts: Sequence[Setting]
+    ) -> tuple[float, Hypothesis]:
+        """What one more name gains over the evidence `now` from its best start, and that; none gains, and as it is."""
+        best = 0.0, hypothesis
+        space = self._fitter.space(names_of(hypothesis) | {name})
+        for setting in starts:
+            there = space.start(Hypothesis({**hypothesis.values, name: setting}, hypothesis.extra))
+            residuals = (self._residuals(space, there[None])[0] * linear.weight).ravel()
+            evidence, step, likeliest = _evidence(linear.leaving(residuals), hypothesis.extra[VARIANCES])
+            if evidence - now > best[0]:
+                there[[owner != name for owner in space.owner]] += step * linear.layout.unit
+                there = np.clip(there, space.low, space.high)
+                best = evidence - now, space.hypothesis(there, {VARIANCES: likeliest})
+        return best
 
     # -- one round
 
     def _residuals(self, space: JointSpace, points: np.ndarray) -> np.ndarray:
-        return self._observer.residuals(space, points, range(len(self._fitter.track.lengths)))
+        return self._fitter.observer.residuals(space, points, range(len(self._fitter.track.lengths)))
 
     def _profile(self, residuals: np.ndarray) -> tuple[np.ndarray, float]:
         """The likeliest scale² [channels] of residuals [E, T, channels], and their negative log-likelihood, nats."""
-        inside = (self._fitter.track.segment >= 0).astype(float)
-        scale, cost = profile(residuals[None], inside, self._floor.scale)
+        scale, cost = profile(residuals[None], self._inside.astype(float), self._floor.scale)
         return scale[0], float(cost[0] @ self._floor.temper)
 
     def _linear(self, names: Names, hypothesis: Hypothesis) -> _Linear:
@@ -194,8 +219,7 @@ class SmoothUnknown:
         layout = _Layout(space, space.believed(point))
         points, steps = space.differences(point)
         here = self._residuals(space, points)
-        inside = (self._fitter.track.segment >= 0)[..., None]
-        weight = np.sqrt(influence(here[0], self._profile(here[0])[0]) * self._floor.temper * inside)
+        weight = np.sqrt(influence(here[0], self._profile(here[0])[0]) * self._floor.temper * self._inside[..., None])
         slopes = (here[1:] - here[0]) * (layout.unit / steps)[:, None, None, None] * weight
         slopes = slopes.reshape(len(point), -1)
         slopes[~np.isfinite(slopes).all(axis=1)] = 0.0  # a step from there runs away
@@ -204,12 +228,14 @@ class SmoothUnknown:
 
     def _about(self, hypothesis: Hypothesis) -> _Linear:
         """The linear problem at a hypothesis, which folds and screens share: the last is kept."""
-        names = names_of(hypothesis)
-        key = (names, self._fitter.space(names).start(hypothesis).tobytes())
-        kept = self._kept
+        key, kept = self._key(hypothesis), self._kept
         if kept is None or kept[0] != key:
-            kept = self._kept = key, self._linear(names, hypothesis)
+            kept = self._kept = key, self._linear(names_of(hypothesis), hypothesis)
         return kept[1]
+
+    def _key(self, hypothesis: Hypothesis) -> object:
+        names = names_of(hypothesis)
+        return names, self._fitter.space(names).start(hypothesis).tobytes()
 
     def _cost(self, linear: _Linear, point: np.ndarray, variances: Mapping[str, float]) -> float:
         """Negative log-likelihood and prior of a point, nats."""
@@ -252,7 +278,7 @@ def _likeliest(linear: _Linear, variances: Mapping[str, float]) -> tuple[dict[st
     away = layout.away(linear.point)
     for _ in range(TURNS):
         precision = layout.precision(found, linear.stiffness)
-        step, _ = linear.step(precision, linear.residuals)
+        step, _ = linear.step(precision)
         spread = np.linalg.inv(linear.bend(precision))
         change = 0.0
         for name, at in layout.heights.items():
@@ -272,7 +298,7 @@ def _likeliest(linear: _Linear, variances: Mapping[str, float]) -> tuple[dict[st
 def _evidence(linear: _Linear, variances: Mapping[str, float]) -> tuple[float, np.ndarray, dict[str, float]]:
     """The most evidence in the linear problem, nats; the step [D] to its optimum, and its variances."""
     likeliest, step = _likeliest(linear, variances)
-    cost = linear.step(linear.layout.precision(likeliest, linear.stiffness), linear.residuals)[1]
+    cost = linear.step(linear.layout.precision(likeliest, linear.stiffness))[1]
     return -cost - _complexity(linear, likeliest), step, likeliest
 
 

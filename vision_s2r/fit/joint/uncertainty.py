@@ -5,6 +5,7 @@ longer than the observer remembers.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import norm
@@ -49,7 +50,7 @@ class BlockScores:
         """How many coordinates the recording tells, rather than the prior of something unknown."""
         return self.space.size - float(np.trace(self.inverse @ self.smooth))
 
-    @property
+    @cached_property
     def inverse(self) -> np.ndarray:
         """Of the curvature of all blocks and the prior."""
         whole = self.curvature.sum(axis=0) + self.stiffness
