@@ -36,7 +36,7 @@ class GreenPolicy:
         self.cfg, self.size = GraspConfig(picture=found.configuration["picture"]), found.normalization["size"]
         self.asked = 0
 
-    def act(self, canonical, intrinsics, extrinsics, seeds, source=None):
+    def act(self, canonical, intrinsics, extrinsics, seeds, source=None, mirrored=False):
         assert canonical.dtype == torch.uint8 and canonical.shape[1:] == (SIZE, SIZE, 3)
         assert len(seeds) == len(canonical) and source is None
         self.asked += 1
@@ -68,7 +68,7 @@ class MirrorTranslator:
     def __init__(self, path):
         checkpoint.load(path, "translator")
 
-    def __call__(self, images):
+    def __call__(self, images, mirrored=False):
         return images.flip(2)
 
 

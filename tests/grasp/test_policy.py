@@ -16,6 +16,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_policy
 from vision_s2r.grasp.config import AugmentationConfig, CropConfig, DenseConfig, check
 from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.geometry import mirrored, mirrored_grasps
 from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import Inputs, TrainingConfig, checkpoint
@@ -55,6 +56,17 @@ def inputs(views: Bars = HELD_OUT) -> list[torch.Tensor]:
 @pytest.fixture(scope="module")
 def crop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return trained(tmp_path_factory.mktemp("crop"), config())
+
+
+def test_a_mirrored_policy_goes_by_what_it_says_of_both_pictures(crop: Path) -> None:
+    policy, (canonical, *cameras) = GraspPolicy.load(crop), inputs()
+    found = policy.act(canonical, *cameras, torch.arange(len(canonical)), mirrored=True)
+    grasps = found.actions[:, None]
+    plain = policy.score(canonical, *cameras, grasps)
+    images, *others = mirrored(to_float(canonical), *cameras)
+    mirror = policy.score(images, *others, mirrored_grasps(grasps))
+    torch.testing.assert_close(found.q.logit(), (plain.logit() + mirror.logit())[:, 0] / 2, atol=1e-3, rtol=1e-3)
+    assert not torch.equal(found.actions, policy.act(canonical, *cameras, torch.arange(len(canonical))).actions)
 
 
 def test_crops_all_but_solve_it(crop: Path) -> None:

@@ -213,6 +213,14 @@ def test_a_translator_keeps_the_form_of_its_pictures(trained: Path) -> None:
     torch.testing.assert_close(translator.predict(pictures[5:6])["depth"], everything["depth"][5:6], atol=1e-5, rtol=0)
 
 
+def test_a_mirrored_translation_is_the_mean_of_both_pictures(trained: Path) -> None:
+    translator, images = Translator.load(trained), torch.rand(2, 3, SIZE, SIZE)
+    both = translator(images, mirrored=True)
+    torch.testing.assert_close(both, (translator(images) + translator(images.flip(-1)).flip(-1)) / 2)
+    coded = (images * 255).round().byte().permute(0, 2, 3, 1)
+    assert torch.equal(translator(coded.flip(2), mirrored=True).flip(2), translator(coded, mirrored=True))
+
+
 def test_weights_for_another_look_are_refused(trained: Path, tmp_path: Path) -> None:
     found, other = load(trained, "translator"), tmp_path / "other.safetensors"
     repainted = found.normalization | {"palette": [[0.0, 0.0, 0.0]] * len(CLASSES)}

@@ -36,6 +36,11 @@ class RowConfig:
         "canonical", "What its policy was trained on: canonical, randomized or seen pictures.", choices=POLICIES
     )
 
+    mirrored: bool = option(
+        False,
+        "Whether translator and policy look at the mirror image as well, and go by the mean: twice the time.",
+    )
+
     @property
     def present(self) -> bool:
         """Whether all of the row's checkpoints are named."""

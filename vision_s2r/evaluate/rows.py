@@ -66,7 +66,8 @@ class Runner:
     @property
     def inputs(self) -> list[Any]:
         """JSON-able: what its grasps depend on, apart from scenes and column."""
-        return [self.cfg.picture, {role: known["sha256"] for role, known in self.checkpoints.items()}]
+        networks = {role: known["sha256"] for role, known in self.checkpoints.items()}
+        return [self.cfg.picture, networks, *["mirrored"] * self.cfg.mirrored]
 
     def fingerprint(self, column: Column, scenes: Scenes, seed: int) -> str:
         """Of all that its cell in the column depends on; where it never looks at the column's pictures, not of those.
@@ -82,7 +83,7 @@ class Runner:
             return canonical
         if self.translator is None:
             return reduced(source, self.policy.size)
-        return self.translator(reduced(source, self.translator.size))
+        return self.translator(reduced(source, self.translator.size), self.cfg.mirrored)
 
     def act(self, source: Tensor, scenes: Scenes) -> tuple[np.ndarray, np.ndarray]:
         """Grasps float64 [N, 3] and Q of each [N] for the column's pictures of the scenes."""
@@ -91,7 +92,8 @@ class Runner:
         actions, q = [], []
         for some in torch.arange(len(scenes)).split(BATCH):
             beside = reduced(source[some], self.policy.size) if self.policy.cfg.with_source else None
-            found = self.policy.act(pictures[some], intrinsics[some], extrinsics[some], scenes.seeds[some], beside)
+            seen = pictures[some], intrinsics[some], extrinsics[some], scenes.seeds[some]
+            found = self.policy.act(*seen, beside, self.cfg.mirrored)
             actions.append(found.actions)
             q.append(found.q)
         return torch.cat(actions).double().numpy(), torch.cat(q).double().numpy()

@@ -7,7 +7,7 @@ from kornia.filters import gaussian_blur2d
 from torch import Tensor
 
 from vision_s2r.grasp.config import AugmentationConfig
-from vision_s2r.grasp.geometry import wrap
+from vision_s2r.grasp.geometry import mirrored, mirrored_grasps, wrap
 from vision_s2r.training import Batch
 
 KERNEL = 5  # px, of the blur
@@ -51,24 +51,17 @@ def turn(batch: Batch, generator: torch.Generator) -> Batch:
 def mirror(batch: Batch, generator: torch.Generator) -> Batch:
     """Half of the scenes as a mirror at the plane x = 0 of the world shows them, with cameras and grasps.
 
-    `batch` has images [B, C, H, W], intrinsics, extrinsics and grasps. A gripper is its own mirror image; the light
-    then comes from the other side. Where it has the rectifier's `displacements` [B, 2, P, P], they too.
+    `batch` has images [B, C, H, W], intrinsics, extrinsics and grasps. The light then comes from the other side. Where
+    it has the rectifier's `displacements` [B, 2, P, P], they too.
     """
-    images, grasps = batch["images"], batch["grasps"]
-    chosen = (torch.rand(len(images), generator=generator) < 0.5).to(images.device)
-    intrinsics = batch["intrinsics"].clone()
-    intrinsics[:, 2] = images.shape[-1] - 1 - intrinsics[:, 2]
-    sign = batch["extrinsics"].new_tensor([-1, 1, 1, 1])
-    mirrored = {
-        "images": images.flip(-1),
-        "intrinsics": intrinsics,
-        "extrinsics": sign[:, None] * batch["extrinsics"] * sign,
-        "grasps": torch.stack([-grasps[..., 0], grasps[..., 1], wrap(-grasps[..., 2])], -1),
-    }
+    names = "images", "intrinsics", "extrinsics"
+    chosen = torch.rand(len(batch["images"]), generator=generator) < 0.5
+    chosen = chosen.to(batch["images"].device)
+    there = dict(zip(names, mirrored(*(batch[name] for name in names)), strict=True))
+    there["grasps"] = mirrored_grasps(batch["grasps"])
     if "displacements" in batch:
         right, down = batch["displacements"].flip(-1).unbind(1)
-        mirrored["displacements"] = torch.stack([-right, down], 1)
+        there["displacements"] = torch.stack([-right, down], 1)
     return batch | {
-        name: torch.where(chosen.view(-1, *[1] * (value.ndim - 1)), value, batch[name])
-        for name, value in mirrored.items()
+        name: torch.where(chosen.view(-1, *[1] * (value.ndim - 1)), value, batch[name]) for name, value in there.items()
     }

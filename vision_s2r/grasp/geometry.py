@@ -18,6 +18,19 @@ def wrap(yaw: Tensor) -> Tensor:
     return torch.remainder(yaw + math.pi / 2, math.pi) - math.pi / 2
 
 
+def mirrored(images: Tensor, intrinsics: Tensor, extrinsics: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Pictures [B, C, H, W] and their cameras as a mirror at the plane x = 0 of the world shows them."""
+    intrinsics = intrinsics.clone()
+    intrinsics[:, 2] = images.shape[-1] - 1 - intrinsics[:, 2]
+    sign = extrinsics.new_tensor([-1, 1, 1, 1])
+    return images.flip(-1), intrinsics, sign[:, None] * extrinsics * sign
+
+
+def mirrored_grasps(grasps: Tensor) -> Tensor:
+    """Grasps [..., 3] in that mirror; a gripper is its own mirror image."""
+    return torch.stack([-grasps[..., 0], grasps[..., 1], wrap(-grasps[..., 2])], -1)
+
+
 def random_grasps(scenes: int, count: int, area: Sequence[float], generator: torch.Generator | None = None) -> Tensor:
     """Grasps [scenes, count, 3] on the CPU, uniform over |x| ≤ area[0], |y| ≤ area[1] (m) and all yaws."""
     half = torch.tensor([*area, math.pi / 2])

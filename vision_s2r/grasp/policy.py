@@ -10,7 +10,7 @@ from omegaconf.errors import OmegaConfBaseException
 from torch import Tensor
 
 from vision_s2r.errors import UserError
-from vision_s2r.grasp import cem
+from vision_s2r.grasp import cem, geometry
 from vision_s2r.grasp.config import GraspConfig, check
 from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.method import beside
@@ -49,18 +49,21 @@ class GraspPolicy:
         extrinsics: Tensor,
         seeds: Tensor,
         source: Tensor | None = None,
+        mirrored: bool = False,
     ) -> Grasps:
         """The best grasp that the search finds in each picture.
 
         canonical: uint8 [B, H, W, 3] or float [B, 3, H, W] in [0, 1]; intrinsics [B, 4] and extrinsics [B, 4, 4] of
         its camera; seeds: int [B], of each scene's search, whose result does not depend on the others in the batch;
-        source: the picture it was made from, if and only if the policy was trained with it.
+        source: the picture it was made from, if and only if the policy was trained with it; mirrored: whether the
+        search is over the mean of Q's logits of the picture and of its mirror image, for twice the time.
         Raises UserError for anything else.
         """
         images = self._images(canonical, source)
         _require_shapes(len(images), intrinsics=(intrinsics, 4), extrinsics=(extrinsics, 4, 4), seeds=(seeds,))
-        parts = zip(*(t.split(self.cfg.cem.scenes) for t in (images, intrinsics, extrinsics, seeds)), strict=True)
-        actions, q = zip(*(self._search(*part) for part in parts), strict=True)
+        given = images, intrinsics, extrinsics, seeds
+        parts = zip(*(t.split(self.cfg.cem.scenes) for t in given), strict=True)
+        actions, q = zip(*(self._search(*part, mirrored=mirrored) for part in parts), strict=True)
         return Grasps(torch.cat(actions).cpu(), torch.cat(q).sigmoid().cpu())
 
     @torch.no_grad()
@@ -91,11 +94,18 @@ class GraspPolicy:
             self._picture(canonical, "canonical"), None if source is None else self._picture(source, "source")
         )
 
-    def _search(self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, seeds: Tensor) -> tuple[Tensor, Tensor]:
-        encoding = self._q.encode(*(t.to(self._device) for t in (images, intrinsics, extrinsics)))
-        return cem.maximize(
-            lambda grasps: self._q.score(encoding, grasps), seeds.tolist(), self.cfg.area, self.cfg.cem, self._device
-        )
+    def _search(
+        self, images: Tensor, intrinsics: Tensor, extrinsics: Tensor, seeds: Tensor, *, mirrored: bool
+    ) -> tuple[Tensor, Tensor]:
+        seen = [each.to(self._device) for each in (images, intrinsics, extrinsics)]
+        encoding = self._q.encode(*seen)
+        other = self._q.encode(*geometry.mirrored(*seen)) if mirrored else None
+
+        def score(grasps: Tensor) -> Tensor:
+            logits = self._q.score(encoding, grasps)
+            return logits if other is None else (logits + self._q.score(other, geometry.mirrored_grasps(grasps))) / 2
+
+        return cem.maximize(score, seeds.tolist(), self.cfg.area, self.cfg.cem, self._device)
 
     def _picture(self, picture: Tensor, name: str) -> Tensor:
         """Either form as float32 [B, 3, H, W]."""

@@ -47,13 +47,18 @@ class Translator:
         network.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
         return cls(network, size, depth_range)
 
-    def __call__(self, images: Tensor) -> Tensor:
+    def __call__(self, images: Tensor, mirrored: bool = False) -> Tensor:
         """The canonical views of pictures, in their form and on their device.
+
+        mirrored: the mean with the translation of the mirror image, mirrored back; twice the time.
 
         uint8 [B, H, W, 3] gives uint8 [B, H, W, 3]; float [B, 3, H, W] in [0, 1] gives float32 [B, 3, H, W] in
         [0, 1]; H and W are `size`. Raises UserError for anything else.
         """
         canonical = self.predict(images)["canonical"]
+        if mirrored:
+            across = -2 if images.dtype == torch.uint8 else -1
+            canonical = (canonical + self.predict(images.flip(across))["canonical"].flip(-1)) / 2
         return to_uint8(canonical) if images.dtype == torch.uint8 else canonical
 
     def predict(self, images: Tensor) -> dict[str, Tensor]:
