@@ -65,6 +65,9 @@ def test_the_table_of_the_released_is_a_command_line():
     assert cfg.data.test.out == cfg.evaluate.scenes and "seed-9-scenes-7" in cfg.data.test.out
     rows = load_rows(cfg.evaluate, 64, Loaders())
     assert set(rows) == {"oracle", "no_translation", "domain_randomization_student", "rcan", "rcan_student"}
+    mirrored = compose(Config, overrides=["experiment=mirrored"])
+    pairs = {name: row.mirrored for name, row in mirrored.evaluate.rows.items() if row.present}
+    assert len(pairs) == 6 and pairs == {name: name.endswith("mirrored") for name in pairs}
     with pytest.raises(UserError, match=r"trained on pictures of 64 px: the scenes have 128 px"):
         load_rows(cfg.evaluate, 128, Loaders())
     misnamed = replace(cfg.evaluate.rows["rcan"], translator=["bin-46"])
