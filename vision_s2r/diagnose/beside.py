@@ -12,8 +12,10 @@ from vision_s2r.fit.selection import EVIDENCE
 
 BEGUN = 4  # sets that are looked at first
 FOLLOWED = 4  # effects more, the most promising by the screen, that are fitted; half as many in another's place
+FAR = 4.0  # of the noise's variance, that all of the unknown leaves beside the first sets: more is none of its kind
 VISIBLE = 1.0  # nats that an effect has to seem to gain to be fitted
 MOST_FITS = 30  # after which no better set is looked for
+STARTS = 3  # that one set is fitted from
 OWN = 0.1  # of what an effect brings beside nothing unknown, that it has to bring beside all of it
 
 
@@ -22,13 +24,13 @@ class BesideUnknownSearch:
 
     def __init__(self, case: BesideUnknown, assessor: Assessor, candidates: Sequence[str], always: Names) -> None:
         """`candidates` are effects that may be named; `always` is what every set has."""
-        self._case, self._cfg = case, assessor.cfg
+        self._case, self._cfg, self._left = case, assessor.cfg, assessor.left
         self._candidates, self._always = frozenset(candidates), always
         self._unknown = frozenset(case.discrepancies)
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
         self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
         self._fitted: dict[Names, Hypothesis] = {}
-        self._fits = 0
+        self._starts: dict[Names, int] = {}
 
     def without_stand_ins(self, found: Assessment, worth: Callable[[str], float]) -> Hypothesis | None:
         """What the unknown is where it does nearly all that one of the found effects brings; None where it does not.
@@ -46,11 +48,13 @@ class BesideUnknownSearch:
         return None
 
     def best(self, begun: Iterable[tuple[Names, Hypothesis]]) -> Hypothesis:
-        """The hypothesis of most evidence, from the first of these sets and what is near them."""
+        """The hypothesis of most evidence, from the first of these sets and what is near them; if they come near."""
         for names, hypothesis in begun:
             effects = names & self._candidates
             if effects not in self._fitted and len(self._fitted) < BEGUN:
                 self._fit(effects, hypothesis)
+        if min(map(self._left, self._fitted.values())) > FAR:
+            return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
         self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
         return self._climbed(max(self._fitted.values(), key=self._score), self._moved)
@@ -59,7 +63,7 @@ class BesideUnknownSearch:
         """The end of moves that each lead to a better set."""
         while True:
             better = max(moves(best), key=self._score, default=best)
-            if self._score(better) <= self._score(best) or self._fits > MOST_FITS:
+            if self._score(better) <= self._score(best) or sum(self._starts.values()) > MOST_FITS:
                 return max(better, best, key=self._score)
             best = better
 
@@ -68,8 +72,10 @@ class BesideUnknownSearch:
         names, starts = effects | self._always | self._unknown, [start]
         if effects not in self._fitted and effects in self._plain:
             starts.append(self._plain[effects])
+        if self._starts.get(effects, 0) >= STARTS:
+            return self._fitted[effects]
         fits = [self._case.fit(names, range(self._case.segments), each) for each in starts]
-        self._fits += len(fits)
+        self._starts[effects] = self._starts.get(effects, 0) + len(fits)
         fits += [self._fitted[effects]] if effects in self._fitted else []
         self._fitted[effects] = max(fits, key=self._score)
         return self._fitted[effects]
