@@ -34,7 +34,7 @@ class MaybeMirror(MirrorTranslator):
         self.mirror = checkpoint.load(path, "translator").configuration["mirror"]
         self.asked = 0
 
-    def __call__(self, images):
+    def __call__(self, images, mirrored=False):
         self.asked += 1
         return super().__call__(images) if self.mirror else images
 
