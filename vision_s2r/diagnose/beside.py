@@ -4,6 +4,7 @@ Evidence has the unknown integrated out (`fit/joint/smooth_unknown.py`), so that
 and not by whether it could do their work. Sets move by one effect more, one less, or one for another.
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
@@ -30,7 +31,7 @@ class BesideUnknownSearch:
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
         self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
         self._fitted: dict[Names, Hypothesis] = {}
-        self._starts: dict[Names, int] = {}
+        self._starts: Counter[Names] = Counter()
 
     def without_stand_ins(self, found: Assessment, worth: Callable[[str], float]) -> Hypothesis | None:
         """What the unknown is where it does nearly all that one of the found effects brings; None where it does not.
@@ -53,7 +54,7 @@ class BesideUnknownSearch:
             effects = names & self._candidates
             if effects not in self._fitted and len(self._fitted) < BEGUN:
                 self._fit(effects, hypothesis)
-        if min(map(self._left, self._fitted.values())) > FAR:
+        if all(self._left(of) > FAR for of in self._fitted.values()):
             return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
         self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
@@ -63,19 +64,19 @@ class BesideUnknownSearch:
         """The end of moves that each lead to a better set."""
         while True:
             better = max(moves(best), key=self._score, default=best)
-            if self._score(better) <= self._score(best) or sum(self._starts.values()) > MOST_FITS:
+            if self._score(better) <= self._score(best) or self._starts.total() > MOST_FITS:
                 return max(better, best, key=self._score)
             best = better
 
     def _fit(self, effects: Names, start: Hypothesis) -> Hypothesis:
         """The set's fit of most evidence so far, the one from this start among them."""
+        if self._starts[effects] >= STARTS:
+            return self._fitted[effects]
         names, starts = effects | self._always | self._unknown, [start]
         if effects not in self._fitted and effects in self._plain:
             starts.append(self._plain[effects])
-        if self._starts.get(effects, 0) >= STARTS:
-            return self._fitted[effects]
         fits = [self._case.fit(names, range(self._case.segments), each) for each in starts]
-        self._starts[effects] = self._starts.get(effects, 0) + len(fits)
+        self._starts[effects] += len(fits)
         fits += [self._fitted[effects]] if effects in self._fitted else []
         self._fitted[effects] = max(fits, key=self._score)
         return self._fitted[effects]

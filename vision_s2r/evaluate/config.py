@@ -35,10 +35,8 @@ class RowConfig:
     trained_on: str = option(
         "canonical", "What its policy was trained on: canonical, randomized or seen pictures.", choices=POLICIES
     )
-
     mirrored: bool = option(
-        False,
-        "Whether translator and policy look at the mirror image as well, and go by the mean: twice the time.",
+        False, "Whether translator and policy look at the mirror image as well, and go by the mean: twice the time."
     )
 
     @property

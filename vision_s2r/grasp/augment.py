@@ -54,11 +54,10 @@ def mirror(batch: Batch, generator: torch.Generator) -> Batch:
     `batch` has images [B, C, H, W], intrinsics, extrinsics and grasps. The light then comes from the other side. Where
     it has the rectifier's `displacements` [B, 2, P, P], they too.
     """
-    names = "images", "intrinsics", "extrinsics"
-    chosen = torch.rand(len(batch["images"]), generator=generator) < 0.5
-    chosen = chosen.to(batch["images"].device)
-    there = dict(zip(names, mirrored(*(batch[name] for name in names)), strict=True))
-    there["grasps"] = mirrored_grasps(batch["grasps"])
+    chosen = (torch.rand(len(batch["images"]), generator=generator) < 0.5).to(batch["images"].device)
+    images, intrinsics, extrinsics = mirrored(batch["images"], batch["intrinsics"], batch["extrinsics"])
+    grasps = mirrored_grasps(batch["grasps"])
+    there = {"images": images, "intrinsics": intrinsics, "extrinsics": extrinsics, "grasps": grasps}
     if "displacements" in batch:
         right, down = batch["displacements"].flip(-1).unbind(1)
         there["displacements"] = torch.stack([-right, down], 1)
