@@ -173,6 +173,14 @@ def test_interrupted_and_resumed_equals_uninterrupted_bit_for_bit(tmp_path: Path
     assert a.training == b.training
 
 
+def test_views_on_the_device_are_read_once_and_train_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain, read = run(tmp_path / "plain"), []
+    batch = Numbers.batch
+    monkeypatch.setattr(Numbers, "batch", lambda self, name, rows: read.append(len(self)) or batch(self, name, rows))
+    assert_same(run(tmp_path / "resident", replace(CFG, resident=True)), plain)
+    assert read.count(20) == 2  # each of the two tensors of the 20 scenes, whole
+
+
 def test_a_run_in_parts_equals_one_in_a_piece(tmp_path: Path) -> None:
     build, numbers = partial(Regression, CFG, noise=0.1), (Numbers(20, 0), Numbers(16, 1))
     steps = [train(build, *numbers, CFG, tmp_path / "parts", 1, part).steps for part in (0.3, 0.5, 0.5, 1)]

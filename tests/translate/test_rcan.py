@@ -130,6 +130,18 @@ def test_colours_of_a_training_picture_change_places_and_nothing_else_does() -> 
     assert torch.equal(after["source"], shuffled.drawn(views, draw())["source"])
 
 
+@pytest.mark.slow
+def test_a_compiled_network_learns_the_same(tmp_path: Path) -> None:
+    small = replace(
+        with_training(validate_every=4), network=NetworkConfig(width=8, levels=1, rectifier=8, composed=True)
+    )
+    plain = run(tmp_path / "plain", small)
+    compiled = run(tmp_path / "compiled", replace(small, training=replace(small.training, compile=True)))
+    found, expected = (load(path, "translator") for path in (compiled, plain))
+    assert found.tensors.keys() == expected.tensors.keys()
+    assert found.training["metrics"] == pytest.approx(expected.training["metrics"], rel=0.02)
+
+
 def test_interrupted_and_resumed_equals_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     straight = load(run(tmp_path / "straight"), "translator")
     from vision_s2r.translate.rcan import Rcan

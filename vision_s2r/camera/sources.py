@@ -1,5 +1,6 @@
 """Source pictures as a camera sees them, which may have more pixels than canonical ones, and as networks read them."""
 
+import torch
 from torch import Tensor
 
 from vision_s2r.camera.camera import Camera
@@ -27,5 +28,9 @@ def seen(
 def read(
     camera: Camera, sources: Tensor, parameters: CameraParameters, margin: int, intrinsics: Tensor, size: int
 ) -> Tensor:
-    """What networks of `size` px are given of what `seen` says, float [B, 3, size, size] in [0, 1]."""
-    return reduced(seen(camera, sources, parameters, margin, intrinsics, size), size)
+    """What networks of `size` px are given of what `seen` says, float [B, 3, size, size] in [0, 1].
+
+    Always of one layout, channels last: one that was compiled would be compiled again for another.
+    """
+    given = reduced(seen(camera, sources, parameters, margin, intrinsics, size), size)
+    return given.contiguous(memory_format=torch.channels_last)

@@ -27,9 +27,17 @@ def degrade(images: Tensor, cfg: AugmentationConfig, generator: torch.Generator)
     gain = 1 + cfg.brightness * (2 * draw(1) - 1) + cfg.colour * (2 * draw(channels) - 1)
     images = images * gain
     if cfg.noise:
-        noise = torch.randn(images.shape, generator=generator).to(images.device)
+        noise = normal(images, generator)
         images = images + cfg.noise * draw(1) * noise
     return images.clamp(0, 1)
+
+
+def normal(images: Tensor, generator: torch.Generator) -> Tensor:
+    """N(0, 1) in the shape of the pictures, drawn where they are; on the CPU from the generator itself."""
+    if images.device.type == "cpu":
+        return torch.randn(images.shape, generator=generator)
+    there = torch.Generator(images.device).manual_seed(int(torch.randint(2**62, (1,), generator=generator)))
+    return torch.randn(images.shape, generator=there, device=images.device)
 
 
 def turn(batch: Batch, generator: torch.Generator) -> Batch:

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from typing import Any
 
 from torch import Tensor, nn
 
@@ -31,6 +32,10 @@ class Front(nn.Module):
         if self.rectifier is not None:
             images, displacements = self.rectifier(images)
         return self.unet(images)["picture"], displacements
+
+    def compile(self, *args: Any, **kwargs: Any) -> None:
+        """As of any module, of the U-Net alone: it is most of the work."""
+        self.unet.compile(*args, **kwargs)
 
 
 def build(cfg: GraspConfig) -> QFunction:

@@ -51,6 +51,8 @@ class QLearning(Method):
         if cfg.start:
             checkpoint.load(cfg.start, self.kind).restore("q_function", network)
         self.fine_tunes = bool(cfg.start)
+        if cfg.training.compile and network.front:
+            network.front.compile(dynamic=False)
         self.networks = {"q_function": network}
         self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         cameras = {"camera": asdict(camera), "validation_camera": asdict(validation_camera)}

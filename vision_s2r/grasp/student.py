@@ -76,6 +76,8 @@ class Student(Method):
         network = build(policy)
         checkpoint.load(policy.start, self.kind).restore("q_function", network)
         self.fine_tunes = True
+        if cfg.training.compile and network.front:
+            network.front.compile(dynamic=False)
         self.networks = {"q_function": network}
         self.optimizers = {"q_function": muon_and_adamw(network, cfg.training)}
         known = dict(zip(("camera", "validation_camera"), map(asdict, cameras), strict=True))

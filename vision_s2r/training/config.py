@@ -46,6 +46,13 @@ class TrainingConfig:
     devices: int = option(1, "Processes a node, one a device.", above=0)
     num_nodes: int = option(1, "Machines.", above=0)
     strategy: str = option("auto", "How processes share the work: auto, ddp, ddp_spawn.")
+    resident: bool = option(
+        False, "Whether the views lie on the device whole: a GPU then waits for no disk, where its memory holds them."
+    )
+    compile: bool = option(
+        False,
+        "Whether torch compiles the U-Net that is trained: most of a minute first, then half of its time on an H100.",
+    )
     precision: str = option(
         "32-true",
         "Arithmetic of training; bf16-mixed is 1.3 to 1.5 times as fast on a CPU with AVX-512 bf16, more on a GPU.",

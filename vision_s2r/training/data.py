@@ -13,6 +13,8 @@ import torch
 
 from vision_s2r.errors import UserError, nearest
 
+CHUNK = 1024  # scenes at a time on their way to a device
+
 
 class ViewSource(Protocol):
     """Paired views of rendered scenes, as `vision_s2r.render.Views` reads them from disk."""
@@ -37,7 +39,26 @@ class ViewSource(Protocol):
         """Number of scenes."""
 
     def batch(self, name: str, indices: torch.Tensor) -> torch.Tensor:
-        """Tensor `name` of the scenes `indices` (int64 [B]) on the CPU: [B, ...]."""
+        """Tensor `name` of the scenes `indices` (int64 [B], on the CPU): [B, ...]."""
+
+
+class Resident:
+    """Views whose tensors lie on a device whole, each from when it is first asked for: no step waits for a disk."""
+
+    def __init__(self, views: ViewSource, device: torch.device) -> None:
+        self.size, self.source_size, self.margin = views.size, views.source_size, views.margin
+        self.names = views.names
+        self._views, self._device, self._there = views, device, dict[str, torch.Tensor]()
+
+    def __len__(self) -> int:
+        return len(self._views)
+
+    def batch(self, name: str, indices: torch.Tensor) -> torch.Tensor:
+        """As ViewSource has it, on the device."""
+        if name not in self._there:
+            parts = torch.arange(len(self)).split(CHUNK)
+            self._there[name] = torch.cat([self._views.batch(name, part).to(self._device) for part in parts])
+        return self._there[name][indices.to(self._device)]
 
 
 def require(part: str, views: ViewSource, names: Iterable[str]) -> None:

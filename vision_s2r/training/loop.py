@@ -25,7 +25,7 @@ from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import held
 from vision_s2r.training import checkpoint
 from vision_s2r.training.config import TrainingConfig, check
-from vision_s2r.training.data import STEP, VALIDATION, Draw, ViewSource, generator
+from vision_s2r.training.data import STEP, VALIDATION, Draw, Resident, ViewSource, generator
 from vision_s2r.training.interrupt import Interrupt
 from vision_s2r.training.log import RunLog
 from vision_s2r.training.method import Batch, Method
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 BEST, LAST = "best.safetensors", "last.pt"
+CHANGE_NOTHING = ("logger", "resident")  # of a run: where it logs, and from where it reads
 
 
 class TrainingResult(NamedTuple):
@@ -167,11 +168,12 @@ class _Run:
         self.done = False
 
         self._fabric, self._method, self._cfg, self._out, self._seed = fabric, method, cfg, out, seed
-        self._views, self._validation = views, validation
+        self._views = Resident(views, fabric.device) if cfg.resident else views
+        self._validation = validation
         self._validated = -1  # step of the last validation
         self._losses: dict[str, list[Tensor]] = defaultdict(list)
         data = {name: _facts(v) for name, v in (("views", views), ("validation", validation))}
-        settings = {key: value for key, value in asdict(cfg).items() if key != "logger"}  # changes nothing of the run
+        settings = {key: value for key, value in asdict(cfg).items() if key not in CHANGE_NOTHING}
         self._configuration = json.dumps(
             {"seed": seed, "training": settings, "data": data, method.kind: method.configuration}
         )
@@ -303,12 +305,13 @@ class _Run:
 
     @contextmanager
     def _evaluating(self) -> Iterator[None]:
-        """Networks as a released checkpoint has them: unwrapped, evaluation mode, full precision."""
+        """Networks as a released checkpoint has them: unwrapped, evaluation mode, full precision, not compiled."""
         wrapped, self._method.networks = self._method.networks, self._bare
         try:
             for network in self._bare.values():
                 network.eval()
-            with torch.no_grad():
+            plain = torch.compiler.set_stance("force_eager") if self._cfg.compile else nullcontext()
+            with torch.no_grad(), plain:
                 yield
         finally:
             self._method.networks = wrapped

@@ -61,7 +61,7 @@ class Method(ABC):
 
     @abstractmethod
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        """The samples of one step, as they lie on disk (CPU); called ahead of time in a thread of its own."""
+        """The samples of one step, as the views hold them; called ahead of time in a thread of its own."""
 
     @abstractmethod
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:

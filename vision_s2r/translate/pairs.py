@@ -40,7 +40,7 @@ class Pairs:
         which = draw.integers(randomized.shape[1])
         source = randomized[torch.arange(len(which)), which]
         if self._shuffles:
-            order = ORDERS[draw.integers(len(ORDERS))]
+            order = ORDERS[draw.integers(len(ORDERS))].to(source.device)
             source = source.gather(-1, order[:, None, None].expand(source.shape))
         return batch | {"source": source}
 

@@ -71,6 +71,8 @@ class Rcan(Method):
             checkpoint.load(cfg.start, self.kind).restore("unet", unet)
         self.fine_tunes = bool(cfg.start)
         unet.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+        if cfg.training.compile:
+            unet.compile(dynamic=False)
         self.networks = {"unet": unet}
         self.optimizers: dict[str, torch.optim.Optimizer] = {"unet": muon_and_adamw(unet, cfg.training)}
         if cfg.loss.adversarial > 0:
