@@ -30,7 +30,7 @@ def views(tmp_path_factory):
 def test_they_are_small_and_described():
     files = list(released.WEIGHTS.rglob("*.safetensors"))
     assert sum(file.stat().st_size for file in files) < 20e6
-    assert len(files) == 4 and all(file.with_suffix(".md").is_file() for file in files)
+    assert len(files) == 7 and all(file.with_suffix(".md").is_file() for file in files)
 
 
 def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):
