@@ -19,12 +19,19 @@ from vision_s2r.translate import Translator
 OBJECT = CLASSES.index("object")
 
 
-@pytest.fixture(scope="module")
-def views(tmp_path_factory):
-    cfg = RenderConfig(
-        out=str(tmp_path_factory.mktemp("scenes")), scenes=8, seed=77, views=1, real=True, grasps=0, workers=1
-    )
+@pytest.fixture(scope="module", params=[64, 128])
+def views(request, tmp_path_factory):
+    """Of the pictures' side that the weights bin-SIDE are for."""
+    shape = {"size": request.param, "margin": request.param // 8}
+    out = str(tmp_path_factory.mktemp("scenes"))
+    cfg = RenderConfig(out=out, scenes=8, seed=77, views=1, real=True, grasps=0, workers=1, **shape)
     return Views.open(render(SceneConfig(objects=ObjectsConfig(split="test")), cfg))
+
+
+def seen(views):
+    """The real look without its margin, uint8 [N, H, H, 3]."""
+    m = views.margin
+    return views.all("real")[:, m:-m, m:-m].contiguous()
 
 
 def test_they_are_small_and_described():
@@ -34,8 +41,8 @@ def test_they_are_small_and_described():
 
 
 def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):
-    real = views.all("real")[:, 8:-8, 8:-8].contiguous()
-    found = Translator.load("bin-64").predict(real)
+    real = seen(views)
+    found = Translator.load(f"bin-{views.size}").predict(real)
     guess, truth = found["segmentation"].argmax(1) == OBJECT, views.all("segmentation") == OBJECT
     assert float((guess & truth).sum() / (guess | truth).sum()) > 0.45
     canonical = views.all("canonical").movedim(-1, 1) / 255
@@ -44,15 +51,12 @@ def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):
 
 
 def test_its_policies_aim_at_objects(views):
-    real, frames = views.all("real")[:, 8:-8, 8:-8].contiguous(), (views.all("intrinsics"), views.all("extrinsics"))
-    seeds = torch.arange(len(views))
-    seen = {
-        "bin-64": views.all("canonical"),
-        "bin-64-student": Translator.load("bin-64")(real),
-        "bin-64-randomized": real,
-    }
+    real, frames = seen(views), (views.all("intrinsics"), views.all("extrinsics"))
+    seeds, name = torch.arange(len(views)), f"bin-{views.size}"
+    given = {name: views.all("canonical"), f"{name}-student": Translator.load(name)(real)}
+    given |= {"bin-64-randomized": real} if views.size == 64 else {}
     places = [torch.tensor([pose[:2] for pose in state.object_poses], dtype=torch.float32) for state in views.states()]
-    for name, pictures in seen.items():
+    for name, pictures in given.items():
         grasps = GraspPolicy.load(name).act(pictures, *frames, seeds).actions
         near = [
             float((grasp[:2] - place).norm(dim=1).min()) < 0.045 for grasp, place in zip(grasps, places, strict=True)

@@ -30,7 +30,7 @@ def make(folder: Path) -> Path:
     write(a_log({"viscous_damping": {"value": 0.13}}, steps(5, 240)), folder / "recordings" / "joint")
     shutil.copytree(EXAMPLES / "camera_no_gap", folder / "recordings" / "camera")
     render_scenes(folder / "renders" / "cpu" / "test", scenes=2)
-    render_scenes(folder / "renders" / "released" / "seed-2-scenes-500", scenes=2, size=64)
+    render_scenes(folder / "renders" / "released" / "128" / "seed-2-scenes-500", scenes=2, size=128)
     runs = folder / "outputs" / "cpu"
     save_untrained_policy(runs / "policy-0" / "best.safetensors", GraspConfig(picture="canonical"))
     save_untrained_translator(runs / "translator-0" / "best.safetensors", NetworkConfig(levels=2))
