@@ -178,7 +178,7 @@ def test_views_on_the_device_are_read_once_and_train_the_same(tmp_path: Path, mo
     batch = Numbers.batch
     monkeypatch.setattr(Numbers, "batch", lambda self, name, rows: read.append(len(self)) or batch(self, name, rows))
     assert_same(run(tmp_path / "resident", replace(CFG, resident=True)), plain)
-    assert read.count(20) == 2  # each of the two tensors of the 20 scenes, whole
+    assert read.count(20) == 4  # of each of the two tensors of the 20 scenes the first, then all
 
 
 def test_a_run_in_parts_equals_one_in_a_piece(tmp_path: Path) -> None:

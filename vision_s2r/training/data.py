@@ -56,9 +56,16 @@ class Resident:
     def batch(self, name: str, indices: torch.Tensor) -> torch.Tensor:
         """As ViewSource has it, on the device."""
         if name not in self._there:
-            parts = torch.arange(len(self)).split(CHUNK)
-            self._there[name] = torch.cat([self._views.batch(name, part).to(self._device) for part in parts])
+            self._there[name] = self._brought(name)
         return self._there[name][indices.to(self._device)]
+
+    def _brought(self, name: str) -> torch.Tensor:
+        """The whole tensor on the device, which never holds it twice."""
+        one = self._views.batch(name, torch.arange(1))
+        whole = torch.empty((len(self), *one.shape[1:]), dtype=one.dtype, device=self._device)
+        for part in torch.arange(len(self)).split(CHUNK):
+            whole[part[0] : part[-1] + 1] = self._views.batch(name, part)
+        return whole
 
 
 def require(part: str, views: ViewSource, names: Iterable[str]) -> None:
