@@ -24,7 +24,7 @@ from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
-from vision_s2r.fit.arm.several import fitted_sets, refined
+from vision_s2r.fit.arm.several import fitted_sets, grown_sets, refined
 from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
 from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
@@ -118,7 +118,11 @@ def _of_whole(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit]) -> list[RoughW
         least = min((each.left for each in found), default=before)
         if least < REMARKABLE:
             break
-        sets = [each for each in fitted_sets(runs, fits, size) if explained(least, each.left) >= MUCH]
+        sets = fitted_sets(runs, fits, size)
+        if smaller := [each for each in found if len(each.forms) == size - 1]:
+            sets += grown_sets(runs, list(fits), min(smaller, key=lambda each: each.left), before)
+        sets = [each for each in sets if explained(least, each.left) >= MUCH]
+        sets = list({each.names: each for each in sorted(sets, key=lambda each: -each.left)}.values())
         if not sets:
             break
         found += sets

@@ -4,7 +4,7 @@ Small ones add up: what each does alone ranks all sets by linear least squares. 
 effect after the other beside the rest.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -16,6 +16,7 @@ from vision_s2r.fit.arm.whole import RoughWhole, WholeFit, WholeForm, explained
 
 SETS = 3  # of a size that are fitted
 LITTLE = 0.15  # of what is over the noise, that an effect more takes away by linear least squares
+GROWN = 2  # of those that a set more grows by, that are fitted
 SWEEPS = 2  # over the effects of a set
 FAR = 3.0  # times the scale of a number: no effect is expected to be much larger
 
@@ -50,6 +51,38 @@ def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -
         )
         found.append(refined(runs, RoughWhole(some, points, 0.0, np.inf), before, SWEEPS))
     return found
+
+
+def grown_sets(runs: FreeRuns, forms: Sequence[WholeForm], best: RoughWhole, before: float) -> list[RoughWhole]:
+    """The likeliest sets of one effect more than a fitted one, begun where that is.
+
+    Where one does much of another's work, a mass at a wrong place that of an encoder's zero, what each does about no
+    effect at all says little of both.
+    """
+    moved, recording = motions(runs, best.values), runs.recording
+
+    def beside(form: WholeForm) -> WholeFit:
+        return WholeFit(recording, moved, form, {name: of for name, of in best.values.items() if name != form.name})
+
+    own = np.concatenate([beside(form).slopes(at) for form, at in zip(best.forms, best.points, strict=True)], axis=1)
+    scale, ends = np.concatenate([form.scale for form in best.forms]), np.cumsum([len(at) for at in best.points])
+    found = []
+    for form in forms:
+        if form in best.forms:
+            continue
+        fit = beside(form)
+        rest, rows = fit.without(), np.concatenate([own, fit.slopes()], axis=1)
+        expected = FAR * np.concatenate([scale, form.scale])
+        numbers = -np.linalg.solve(rows.T @ rows + np.diag(best.left / expected**2), rows.T @ rest)
+        left = float(np.mean((rest + rows @ numbers) ** 2))
+        steps = np.split(numbers, ends)
+        points = [
+            np.maximum(at + step, each.low) for each, at, step in zip(best.forms, best.points, steps[:-1], strict=True)
+        ]
+        points.append(np.maximum(steps[-1], form.low))
+        found.append((left, RoughWhole((*best.forms, form), tuple(points), 0.0, np.inf)))
+    likely = sorted(found, key=lambda each: each[0])[:GROWN]
+    return [refined(runs, rough, before, SWEEPS) for left, rough in likely if explained(best.left, left) >= LITTLE]
 
 
 def refined(runs: FreeRuns, rough: RoughWhole, before: float, sweeps: int = 1) -> RoughWhole:

@@ -144,9 +144,11 @@ class WholeFit:
         after = float(np.mean(self._residuals(form.values(found.x)) ** 2))
         return RoughWhole((form,), (found.x,), explained(float(self.before.mean()), after), after)
 
-    def slopes(self) -> np.ndarray:
-        """How the numbers of the effect, small ones, change the residuals [J·samples, K] in units of noise."""
-        form, start = self._form, np.array(self._form.start)
+    def slopes(self, point: np.ndarray | None = None) -> np.ndarray:
+        """How the numbers of the effect, about a point [K] or small ones, change the residuals [J·samples, K] in units
+        of noise.
+        """
+        form, start = self._form, np.array(self._form.start if point is None else point)
         here, strides = self._residuals(form.values(start)), STRIDE * np.diag(form.scale)
         there = [(self._residuals(form.values(start + stride)) - here) / stride.sum() for stride in strides]
         return np.stack([each.ravel() for each in there], axis=1)
