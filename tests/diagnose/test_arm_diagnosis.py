@@ -126,6 +126,15 @@ def test_two_joints_that_are_off_are_found_together_and_the_first_is_said_to_be_
     assert tilt["status"] == "undecided" and tilt["confusable_with"] == ["shoulder.position_offset"]
 
 
+def test_an_encoder_that_is_off_is_found_beside_a_payload_that_does_most_of_its_work():
+    there = {"payload": {"mass": 0.15, "x": 0.1, "y": 0.0, "z": 0.0}, "shoulder.position_offset": {"value": 0.06}}
+    report = diagnose_arm(an_arm(whole=there), QUICK).to_dict()
+    found = {each["name"]: each["parameters"] for each in report["effects"]}
+    assert report["verdict"] == "explained" and found.keys() == {"payload", "position_offset"}
+    assert found["payload"]["mass"]["value"] == pytest.approx(0.15, rel=0.02)
+    assert found["position_offset"]["value"]["value"] == pytest.approx(0.06, abs=4e-3)
+
+
 def test_an_encoder_of_steps_so_coarse_that_most_rows_are_alike_is_not_taken_for_one_without_noise():
     arm = an_arm(whole={"payload": {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}}, noise=0.0)
     joints = {name: replace(joint, position=np.round(2 * joint.position) / 2) for name, joint in arm.joints.items()}
