@@ -99,7 +99,9 @@ def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
         return each.size if each in alike else MANY, -each.share
 
     tried = []
-    for each in sorted(found, key=simplest_first)[:RIVALS]:
+    # Beside a set that leaves nothing of the arm, others that leave something are no rivals, and slow to search beside.
+    rivals = alike if least < REMARKABLE else found
+    for each in sorted(rivals, key=simplest_first)[:RIVALS]:
         settled = _under(sharpened(runs, each), runs, cfg, jobs)
         tried.append(replace(settled, alike=_alike(each, alike)))
         alone = each.left < REMARKABLE or tried[-1].cost == (0, len(each.forms))
