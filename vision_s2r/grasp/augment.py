@@ -27,12 +27,12 @@ def degrade(images: Tensor, cfg: AugmentationConfig, generator: torch.Generator)
     gain = 1 + cfg.brightness * (2 * draw(1) - 1) + cfg.colour * (2 * draw(channels) - 1)
     images = images * gain
     if cfg.noise:
-        noise = normal(images, generator)
+        noise = _normal(images, generator)
         images = images + cfg.noise * draw(1) * noise
     return images.clamp(0, 1)
 
 
-def normal(images: Tensor, generator: torch.Generator) -> Tensor:
+def _normal(images: Tensor, generator: torch.Generator) -> Tensor:
     """N(0, 1) in the shape of the pictures, drawn where they are; on the CPU from the generator itself."""
     if images.device.type == "cpu":
         return torch.randn(images.shape, generator=generator)

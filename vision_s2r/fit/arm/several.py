@@ -33,9 +33,7 @@ def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -
 
     def left(chosen: tuple[int, ...]) -> tuple[float, np.ndarray]:
         rows = np.concatenate([slopes[k] for k in chosen], axis=1)
-        expected = FAR * np.concatenate([forms[k].scale for k in chosen])
-        numbers = -np.linalg.solve(rows.T @ rows + np.diag(before / expected**2), rows.T @ rest)
-        return float(np.mean((rest + rows @ numbers) ** 2)), numbers
+        return _linear([forms[k] for k in chosen], rows, rest, before)
 
     def ranked(size: int) -> list[tuple[float, tuple[int, ...]]]:
         return sorted((left(chosen)[0], chosen) for chosen in combinations(range(len(forms)), size))
@@ -45,11 +43,8 @@ def fitted_sets(runs: FreeRuns, fits: Mapping[WholeForm, WholeFit], size: int) -
     found = []
     for chosen in likely:
         some = tuple(forms[k] for k in chosen)
-        ends = np.cumsum([len(form.start) for form in some])[:-1]
-        points = tuple(
-            np.maximum(part, form.low) for form, part in zip(some, np.split(left(chosen)[1], ends), strict=True)
-        )
-        found.append(refined(runs, RoughWhole(some, points, 0.0, np.inf), before, SWEEPS))
+        rough = _begun(some, [np.zeros(len(form.start)) for form in some], left(chosen)[1])
+        found.append(refined(runs, rough, before, SWEEPS))
     return found
 
 
@@ -65,24 +60,33 @@ def grown_sets(runs: FreeRuns, forms: Sequence[WholeForm], best: RoughWhole, bef
         return WholeFit(recording, moved, form, {name: of for name, of in best.values.items() if name != form.name})
 
     own = np.concatenate([beside(form).slopes(at) for form, at in zip(best.forms, best.points, strict=True)], axis=1)
-    scale, ends = np.concatenate([form.scale for form in best.forms]), np.cumsum([len(at) for at in best.points])
     found = []
     for form in forms:
         if form in best.forms:
             continue
         fit = beside(form)
-        rest, rows = fit.without(), np.concatenate([own, fit.slopes()], axis=1)
-        expected = FAR * np.concatenate([scale, form.scale])
-        numbers = -np.linalg.solve(rows.T @ rows + np.diag(best.left / expected**2), rows.T @ rest)
-        left = float(np.mean((rest + rows @ numbers) ** 2))
-        steps = np.split(numbers, ends)
-        points = [
-            np.maximum(at + step, each.low) for each, at, step in zip(best.forms, best.points, steps[:-1], strict=True)
-        ]
-        points.append(np.maximum(steps[-1], form.low))
-        found.append((left, RoughWhole((*best.forms, form), tuple(points), 0.0, np.inf)))
+        more, rows = (*best.forms, form), np.concatenate([own, fit.slopes()], axis=1)
+        left, numbers = _linear(more, rows, fit.without(), best.left)
+        found.append((left, _begun(more, [*best.points, np.zeros(len(form.start))], numbers)))
     likely = sorted(found, key=lambda each: each[0])[:GROWN]
     return [refined(runs, rough, before, SWEEPS) for left, rough in likely if explained(best.left, left) >= LITTLE]
+
+
+def _linear(forms: Sequence[WholeForm], rows: np.ndarray, rest: np.ndarray, before: float) -> tuple[float, np.ndarray]:
+    """What is left of residuals [N] by the best steps of the forms' numbers, whose slopes are `rows` [N, K]; and these.
+
+    `before`: the mean square of what is to be explained, at which steps are held to be no larger than is expected.
+    """
+    expected = FAR * np.concatenate([form.scale for form in forms])
+    numbers = -np.linalg.solve(rows.T @ rows + np.diag(before / expected**2), rows.T @ rest)
+    return float(np.mean((rest + rows @ numbers) ** 2)), numbers
+
+
+def _begun(forms: Sequence[WholeForm], points: Sequence[np.ndarray], step: np.ndarray) -> RoughWhole:
+    """A set that is still to be fitted, a step [K] of all numbers away from these points, within their bounds."""
+    steps = np.split(step, np.cumsum([len(at) for at in points])[:-1])
+    there = (np.maximum(at + part, form.low) for form, at, part in zip(forms, points, steps, strict=True))
+    return RoughWhole(tuple(forms), tuple(there), 0.0, np.inf)
 
 
 def refined(runs: FreeRuns, rough: RoughWhole, before: float, sweeps: int = 1) -> RoughWhole:
