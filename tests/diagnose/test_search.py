@@ -128,6 +128,26 @@ def test_beside_something_unknown_the_simulator_is_no_worse_than_one_that_is_ide
     assert small["verdict"] == "partly_explained" and names(small) == {"slope"}
 
 
+def test_of_two_guessed_parameters_that_say_the_same_one_is_named_and_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside each other neither is known to differ from what was guessed: a weight and a constant torque of a servo."""
+
+    class Alike(Curves):
+        def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+            self.reach = 0.6 if {"offset", "slope"} <= hypothesis.values.keys() else 0.1
+            return super().intervals(hypothesis)
+
+    monkeypatch.setitem(CURVES, "slope", 1 + 0.3 * (2 * T - 1))
+    y = recording(4, offset=0.5, slope=0.5, other=0.4 * np.sin(40 * np.pi * T))
+    it = Alike(y, guessed=frozenset({"offset", "slope"}))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    found = report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
+    assert len(names(found)) == 1 and found["gap"]["after"] < 1.05 * found["gap"]["refitted"]
+    low, high = found["effects"][0]["parameters"]["size"]["ci"]
+    assert 0 < low < 1 < high
+    other = next(line for line in found["candidates"] if line["name"] in {"offset", "slope"} - names(found))
+    assert other["status"] == "confusable" and set(other["confusable_with"]) == names(found)
+
+
 def test_where_something_is_left_every_nominal_parameter_is_as_the_data_ask_for() -> None:
     """What little the recording shows of it is still the best there is: it was put back to its nominal value."""
     y = recording(4, wave=1.0, slope=0.05, offset=0.018, other=np.sin(40 * np.pi * T))

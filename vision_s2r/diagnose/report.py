@@ -179,6 +179,7 @@ def _candidates(
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
+            rivals += [found.effects & case.guessed] if name in settled.vague else []
             if any(rivals):
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
             elif name in undecided or (said in OPEN and line["evidence"] > assessor.cfg.evidence):

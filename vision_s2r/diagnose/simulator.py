@@ -49,6 +49,7 @@ class Settled:
     gap: Gap
     parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name closes, by Shapley
     stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
+    vague: Names = frozenset()  # guessed parameters that would be causes, but stand in for one that is
 
     def share(self, name: str) -> Share:
         """What is said of an effect's part of the gap, with its interval."""
@@ -85,7 +86,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         )
         weak = _weak(case, assessor, settled)
         if not weak:
-            return _with_causes(case, settled)
+            return _with_causes(case, _without_vague(case, assessor, settled))
         least = min(weak, key=lambda name: float(settled.parts[name].sum()))
         if least in case.refitted:  # a nominal parameter may stay as the data have it, without being named
             found = replace(found, effects=found.effects - {least})
@@ -121,24 +122,53 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
     return weak
 
 
+def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """Without guessed parameters that may well be what the simulator had, while one of them would be a cause.
+
+    One at a time, where about as little is left: of two that stand in for each other nobody knows either, and without
+    one the other is known.
+    """
+    first = settled.simulator
+    while True:
+        simulator = settled.simulator
+        vague = frozenset(name for name in case.guessed & simulator.names if _as_believed(case, simulator.assessment, name))
+        causes = _causes(case, settled)
+        if not vague & causes:
+            return settled
+        fits = (assessor.one(simulator.names - {name}, simulator.hypothesis) for name in sorted(vague))
+        best = min((_of(case, assessor, each, each.names) for each in fits), key=_left)
+        if _left(best) * BETTER**2 > _left(first):
+            return settled
+        apart = frozenset(case.certain) - best.names - settled.firm
+        gap, parts, stated = _parts(case, assessor, settled.found, best, settled.firm, apart)
+        gone = settled.vague | ((simulator.names - best.names) & causes)
+        settled = replace(settled, simulator=best, gap=gap, parts=parts, stated=stated, vague=gone)
+
+
+def _left(simulator: Simulator) -> float:
+    return float(simulator.error.mean())
+
+
 def _with_causes(case: Case, settled: Settled) -> Settled:
-    """With the guessed parameters that are causes."""
+    """With the guessed parameters that are causes, and known to differ from what they were guessed to be."""
     found, simulator = settled.found, settled.simulator
     # Names that are sure beside something unknown may be in no simulator: then theirs is the fit that counts.
     final = simulator.assessment if found.effects <= simulator.names else found.final
-    causes = (_causes(case, simulator, settled.gap, settled.parts) - found.effects) & final.names
+    causes = (_causes(case, settled) - found.effects) & final.names
+    causes = frozenset(name for name in causes if not _as_believed(case, simulator.assessment, name))
     if not causes:
         return settled
     found = replace(found, final=final, effects=found.effects | causes)
     return replace(settled, found=found, stated=settled.stated | {name: settled.parts[name] for name in causes})
 
 
-def _causes(case: Case, simulator: Simulator, gap: Gap, parts: dict[str, np.ndarray]) -> Names:
+def _causes(case: Case, settled: Settled) -> Names:
     """Guessed parameters that are causes although something is left: little is, and they close much of the gap."""
+    gap = settled.gap
     if gap.after.mean() > LITTLE * gap.before.mean():
         return frozenset()
-    guessed = (simulator.names & case.guessed) - frozenset(case.not_excited)
-    return frozenset(name for name in guessed if gap.share(parts[name]).ci[0] > LARGE_SHARE)
+    guessed = (settled.simulator.names & case.guessed) - frozenset(case.not_excited)
+    return frozenset(name for name in guessed if gap.share(settled.parts[name]).ci[0] > LARGE_SHARE)
 
 
 def is_slight(share: Share) -> bool:
