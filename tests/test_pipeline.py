@@ -7,6 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from vision_s2r import pipeline
+from vision_s2r.cli import compose
+from vision_s2r.commands import visual
+from vision_s2r.config import Config
+
 DATA = ("pairs", "train", "validation", "test")
 
 
@@ -48,6 +53,16 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     assert table["command"].startswith("vision-s2r close-gap ") and "close_gap.withheld=1" in table["command"]
     page = tmp_path / "out" / "close_gap" / "robot-0" / "diagnosis" / "report.html"
     assert "from simulation to reality" in page.read_text()
+
+
+def test_a_stage_by_itself_renders_what_it_reads_and_goes_on_where_that_stopped(tmp_path, monkeypatch):
+    folders = [f"data.{part}.out={tmp_path}/{part}" for part in ("pairs", "validation")]
+    cfg = compose(Config, overrides=["experiment=debug", "data.pairs.scenes=4", "data.validation.grasps=0", *folders])
+    monkeypatch.setattr(pipeline, "paired_translator", lambda cfg, seed: len(pipeline.pairs(cfg).views))
+    assert visual.translate(cfg) == 4
+    for shard in (tmp_path / "pairs").glob("*.safetensors"):
+        shard.unlink()
+    assert visual.translate(cfg) == 4
 
 
 @pytest.mark.slow

@@ -10,6 +10,7 @@ from vision_s2r.camera import Camera
 from vision_s2r.camera.presets import preset
 from vision_s2r.cli import log_to_terminal
 from vision_s2r.config import Config
+from vision_s2r.errors import UserError
 from vision_s2r.evaluate import Table, evaluate
 from vision_s2r.evaluate.config import EvaluateConfig
 from vision_s2r.evaluate.sensitivity import sensitivity
@@ -44,6 +45,18 @@ def render_sets(cfg: Config, *names: str) -> None:
     """
     for name in names or ("pairs", "train", "validation", "test"):
         render(test_scene(cfg) if name == "test" else cfg.scene, getattr(cfg.data, name))
+
+
+def render_absent(cfg: Config, *names: str) -> None:
+    """Render those of these sets of cfg.data that nobody has rendered whole; whose scenes the others are does not count.
+
+    Raises UserError as `render` does.
+    """
+    for name in names:
+        try:
+            Views.open(getattr(cfg.data, name).out)
+        except UserError:
+            render_sets(cfg, name)
 
 
 def test_scene(cfg: Config) -> SceneConfig:
