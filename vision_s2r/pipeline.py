@@ -48,7 +48,7 @@ def render_sets(cfg: Config, *names: str) -> None:
 
 
 def render_absent(cfg: Config, *names: str) -> None:
-    """Render those of these sets of cfg.data that nobody has rendered whole; whose scenes the others are does not count.
+    """Render those of these sets of cfg.data that nobody has rendered whole, whatever scenes the others are of.
 
     Raises UserError as `render` does.
     """

@@ -131,7 +131,8 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
     first = settled.simulator
     while True:
         simulator = settled.simulator
-        vague = frozenset(name for name in case.guessed & simulator.names if _as_believed(case, simulator.assessment, name))
+        guessed = simulator.names & case.guessed
+        vague = frozenset(name for name in guessed if _as_believed(case, simulator.assessment, name))
         causes = _causes(case, settled)
         if not vague & causes:
             return settled
