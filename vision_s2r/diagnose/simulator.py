@@ -131,7 +131,7 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
     first = settled.simulator
     while True:
         simulator = settled.simulator
-        guessed = simulator.names & case.guessed
+        guessed = (simulator.names & case.guessed) - settled.found.effects
         vague = frozenset(name for name in guessed if _as_believed(case, simulator.assessment, name))
         causes = _causes(case, settled)
         if not vague & causes:
