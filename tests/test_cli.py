@@ -23,11 +23,23 @@ SCRIPTS = sorted((Path(__file__).parents[1] / "scripts").glob("*.py"))
         ("experiment=dmo", "did you mean 'demo'"),
         ("scene.physics.squeeze_force=hard", "squeeze_force"),
         ("translate.loss.adversarail=0", r"did you mean 'translate\.loss\.adversarial'"),
+        ("+render.sise=32", r"'render\.sise': did you mean 'size'"),
+        ("+evaluate.rows.mine.polcy=[x]", r"'evaluate\.rows\.mine\.polcy': did you mean 'policy'"),
+        ("+evaluate.rows.mine.mirrored=perhaps", r"'evaluate\.rows\.mine\.mirrored'.*bool"),
+        ("+evaluate.rows.mine=3", r"'evaluate\.rows\.mine' is 3: expected options"),
+        ("+adapt.front.width=8", r"adapt\.front\.width=8: what this key is in is null"),
     ],
 )
 def test_a_mistake_names_the_nearest_valid_one(override, message):
     with pytest.raises(UserError, match=message):
         compose(Config, overrides=[override])
+
+
+def test_a_row_of_ones_own_can_be_added_to_a_table():
+    cfg = compose(Config, overrides=["+evaluate.rows.mine.policy=[x]", "+evaluate.rows.mine={translator: [bin-64]}"])
+    mine = cfg.evaluate.rows["mine"]
+    assert mine.policy == ["x"] and mine.translator == ["bin-64"] and mine.trained_on == "canonical"
+    assert "rcan" in cfg.evaluate.rows
 
 
 def test_methods_are_compared_on_the_renders_of_the_table():

@@ -18,6 +18,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.options import validate
+from vision_s2r.overrides import add, split
 from vision_s2r.paths import CONFIGS
 
 Schema = TypeVar("Schema")
@@ -56,14 +57,19 @@ def compose(schema: type[Schema], name: str = "config", overrides: list[str] | N
     GlobalHydra.instance().clear()  # a command's own composition is over by then
     with hydra.initialize_config_dir(str(CONFIGS), version_base="1.3"):
         try:
-            cfg = hydra.compose(name, overrides or [])
+            given, elements = split(schema, overrides or [])
+            cfg = hydra.compose(name, given)
         except MissingConfigException as error:
             raise UserError(_missing(error)) from error
         except (HydraException, OmegaConfBaseException) as error:
             raise UserError(_explain(str(error), hydra.compose(name))) from error
+        except AssertionError as error:  # omegaconf's own
+            raise UserError(f"{' '.join(given):.80}: what this key is in is null, give that whole, {{…}}") from error
         except OSError as error:  # a key is looked for as a file
             raise UserError(f"a key of {max(overrides or [''], key=len):.40}…: {error.strerror}") from error
-    return typed(cfg, schema, overrides or [])
+    for element in elements:
+        add(cfg, element)
+    return typed(cfg, schema, given)
 
 
 def typed(cfg: DictConfig, schema: type[Schema], overrides: Sequence[str] = ()) -> Schema:
