@@ -128,7 +128,7 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
     One at a time, where about as little is left: of two that stand in for each other nobody knows either, and without
     one the other is known.
     """
-    first = settled.simulator
+    least = min(_left(settled.simulator), float(settled.gap.refitted.mean()))
     while True:
         simulator = settled.simulator
         guessed = (simulator.names & case.guessed) - settled.found.effects
@@ -138,7 +138,7 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
             return settled
         fits = (assessor.one(simulator.names - {name}, simulator.hypothesis) for name in sorted(vague))
         best = min((_of(case, assessor, each, each.names) for each in fits), key=_left)
-        if _left(best) * BETTER**2 > _left(first):
+        if _left(best) * BETTER**2 > least:
             return settled
         apart = frozenset(case.certain) - best.names - settled.firm
         gap, parts, stated = _parts(case, assessor, settled.found, best, settled.firm, apart)
