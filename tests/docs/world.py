@@ -13,7 +13,7 @@ from identify.machines import a_log, steps
 from omegaconf import DictConfig, OmegaConf
 from recordings import EXAMPLES
 
-from vision_s2r import cli
+from vision_s2r import cli, overrides
 from vision_s2r.camera import load_config
 from vision_s2r.commands.table import COMMANDS, FAMILIES
 from vision_s2r.config_reference import CONFIGURATIONS
@@ -46,7 +46,8 @@ def compose(words: list[str]) -> None:
     size = 2 if words[0] in FAMILIES else 1
     command = COMMANDS[" ".join(words[:size])]
     schema, name = command.load()[1] or CONFIGURATIONS[command.config], command.config
-    parsed = OverridesParser.create().parse_overrides(words[size:])
+    given, elements = overrides.split(schema, words[size:])
+    parsed = OverridesParser.create().parse_overrides(given)
     names = {each.input_line: str(each.key_or_group) for each in parsed}
     groups = [each for each in parsed if (CONFIGS / names[each.input_line]).is_dir()]
     groups += [each for each in parsed if names[each.input_line].startswith("hydra.")]  # Hydra checks its own
@@ -54,6 +55,8 @@ def compose(words: list[str]) -> None:
     for each in parsed:
         if each not in groups:
             OmegaConf.update(cfg, each.key_or_group, each.value())  # raises for an unknown key or a wrong type
+    for element in elements:
+        overrides.add(cfg, element)
 
 
 @functools.cache
