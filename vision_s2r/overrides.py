@@ -39,7 +39,8 @@ def add(cfg: DictConfig, element: Element) -> None:
     """Add an element to a composed configuration. Raises UserError where a value has another type."""
     mapping = OmegaConf.select(cfg, element.key)
     try:
-        found = OmegaConf.merge(mapping.get(element.name) or OmegaConf.structured(element.kind), element.value)
+        here = OmegaConf.to_container(mapping[element.name]) if element.name in mapping else {}
+        found = OmegaConf.merge(OmegaConf.structured(element.kind), here, element.value)
     except OmegaConfBaseException as error:
         where = f"{element.key}.{element.name}.{getattr(error, 'full_key', None) or ''}"
         raise UserError(f"configuration key '{where}': {str(error).splitlines()[0]}") from error
