@@ -75,15 +75,12 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     while True:
         firm = _firm(assessor, found)
         simulator = _simulator(case, assessor, found, firm)
-        apart = frozenset(case.certain) - simulator.names - firm  # there, whether or not a free run is better for it
-        harmful = found.effects - simulator.names - firm - apart
+        harmful = found.effects - simulator.names - firm - _apart(case, simulator, firm)
         found = replace(found, effects=found.effects - harmful)
         if idle := _idle(case, assessor, found, simulator, firm):
             found, slight = _without(assessor, found, idle), slight | {idle}
             continue
-        settled = Settled(
-            found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm, apart)
-        )
+        settled = Settled(found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm))
         weak = _weak(case, assessor, settled)
         if not weak:
             return _with_causes(case, _without_vague(case, assessor, settled))
@@ -94,10 +91,16 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
             found, slight = _without(assessor, found, least), slight | {least}
 
 
+def _apart(case: Case, simulator: Simulator, firm: Names) -> Names:
+    """Names that are there, whether or not a free run is better for them, and are in none."""
+    return frozenset(case.certain) - simulator.names - firm
+
+
 def _parts(
-    case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names, apart: Names
+    case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names
 ) -> tuple[Gap, dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """The gap, whose it is, and what is said of that; names that are `apart` are in no free run."""
+    """The gap, whose it is, and what is said of that."""
+    apart = _apart(case, simulator, firm)
     refitted, before = (held_out(case, assessor, each.folds) for each in (found.refitted, found.nominal))
     gap = Gap(before, refitted, simulator.error, case.floor(range(case.segments)), assessor.seed)
     parts = dict.fromkeys(apart, np.zeros(case.segments)) | closed(case, assessor, simulator.names, simulator.folds)
@@ -140,8 +143,7 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
         best = min((_of(case, assessor, each, each.names) for each in fits), key=_left)
         if _left(best) * BETTER**2 > least:
             return settled
-        apart = frozenset(case.certain) - best.names - settled.firm
-        gap, parts, stated = _parts(case, assessor, settled.found, best, settled.firm, apart)
+        gap, parts, stated = _parts(case, assessor, settled.found, best, settled.firm)
         gone = settled.vague | ((simulator.names - best.names) & causes)
         settled = replace(settled, simulator=best, gap=gap, parts=parts, stated=stated, vague=gone)
 
