@@ -54,6 +54,17 @@ def test_a_frame_passes_the_effects_in_the_contracts_order() -> None:
     assert (together - by_one).abs().mean() < 0.05 / 255
 
 
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA here")
+def test_a_gpu_makes_the_same_pictures_but_for_noise() -> None:
+    camera = preset("augment")
+    ranges = {name: drawn for name, drawn in camera.ranges.items() if not name.endswith("_noise")}
+    camera = Camera(ranges, jpeg="differentiable", reference_size=camera.reference_size)
+    parameters = camera.sample(24, torch.Generator().manual_seed(5), 32, 32)
+    here, there = (camera(pictures(24, 48).to(device), parameters, margin=8).cpu() for device in ("cpu", "cuda"))
+    # a coefficient of JPEG next to a half may be rounded the other way
+    assert (here - there).abs().mean() < 1e-3
+
+
 def test_replay_is_exact_and_independent_of_the_batch() -> None:
     camera, images = preset("augment"), pictures(24, 48)
     parameters = camera.sample(24, torch.Generator().manual_seed(5), 32, 32)

@@ -76,6 +76,18 @@ def test_domain_randomization_has_one_too(teacher: Path, tmp_path: Path) -> None
         train_student(replace(CFG, start=str(start)), INPUTS, teacher, teacher, tmp_path / "other", SEED, negative)
 
 
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA here")
+def test_policies_and_students_learn_on_a_gpu(tmp_path: Path) -> None:
+    def there(training: TrainingConfig) -> TrainingConfig:
+        return replace(training, accelerator="cuda", resident=True, compile=True, precision="bf16-mixed")
+
+    cfg = config()
+    teacher = trained(tmp_path / "teacher", replace(cfg, training=there(cfg.training)))
+    student = replace(CFG, training=there(CFG.training))
+    path = train_student(student, INPUTS, teacher, teacher, tmp_path / "student", SEED, negative)
+    assert auc(teacher) > 0.85 and auc(path) > 0.85, (auc(teacher), auc(path))
+
+
 def test_what_does_not_fit_is_refused(teacher: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="expected randomized"):
         train_student(CFG, INPUTS, teacher, teacher, tmp_path, SEED)

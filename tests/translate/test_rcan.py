@@ -142,6 +142,22 @@ def test_a_compiled_network_learns_the_same(tmp_path: Path) -> None:
     assert found.training["metrics"] == pytest.approx(expected.training["metrics"], rel=0.02)
 
 
+@pytest.mark.skipif(not torch.cuda.is_available(), reason="no CUDA here")
+def test_a_gpu_trains_what_a_processor_then_uses(tmp_path: Path) -> None:
+    noisy = CameraConfig(effects=CAMERA.effects | {"shot_noise": {"full_well": 2000}}, jpeg="differentiable")
+    there = with_training(
+        max_steps=160, validate_every=80, accelerator="cuda", resident=True, compile=True, precision="bf16-mixed"
+    )
+    views, held_out = Rectangles(48, 0), Rectangles(16, 1)
+    path = train_translator(there, Inputs(views, held_out, noisy, CameraConfig()), tmp_path, 3)
+    metrics = load(path, "translator").training["metrics"]
+    assert metrics["object_iou"] > 0.8
+    canonical = held_out.batch("canonical", torch.arange(16)).float() / 255
+    translated = [Translator.load(path, device)(held_out.pictures()).cpu() for device in ("cpu", "cuda")]
+    for each in translated:
+        assert float((each.float() / 255 - canonical).abs().mean()) == pytest.approx(metrics["l1"], abs=2e-3)
+
+
 def test_interrupted_and_resumed_equals_uninterrupted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     straight = load(run(tmp_path / "straight"), "translator")
     from vision_s2r.translate.rcan import Rcan
