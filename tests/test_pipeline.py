@@ -10,6 +10,7 @@ import pytest
 from vision_s2r import pipeline
 from vision_s2r.cli import compose
 from vision_s2r.commands import visual
+from vision_s2r.commands.main import main
 from vision_s2r.config import Config
 
 DATA = ("pairs", "train", "validation", "test")
@@ -21,7 +22,23 @@ def _run(folder: Path, script: str = "run", *more: str) -> subprocess.CompletedP
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
 
 
-def test_render_train_evaluate_in_one_command(tmp_path):
+@pytest.fixture
+def again(tmp_path, monkeypatch, caplog):
+    """As `_run`, in this process, which has imported all that takes seconds; returns what was logged."""
+
+    def call(script: str = "run", *more: str) -> str:
+        data = [f"data.{part}.out={tmp_path}/{part}" for part in DATA]
+        monkeypatch.setattr(
+            sys, "argv", [f"scripts/{script}.py", "experiment=debug", f"out={tmp_path}/out", *data, *more]
+        )
+        caplog.set_level("INFO")
+        main(script.replace("_", "-"))
+        return caplog.text
+
+    return call
+
+
+def test_render_train_evaluate_in_one_command(tmp_path, again):
     done = _run(tmp_path)
     assert done.returncode == 0, done.stderr
     page = tmp_path / "out" / "index.html"
@@ -32,14 +49,12 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     made = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.safetensors")}
     assert len(made) >= 8  # shards and five checkpoints
 
-    again = _run(tmp_path)
-    assert again.returncode == 0 and "not repeated" in again.stderr
+    assert "not repeated" in again()
     assert {path: path.stat().st_mtime_ns for path in made} == made
 
     networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
     small = ("close_gap.withheld=1", "close_gap.steps=2", "close_gap.policy_steps=2", "close_gap.grasps=4")
-    closed = _run(tmp_path, "close_gap", *small, "close_gap.sources=[camera]", "close_gap.draws=2", *networks)
-    assert closed.returncode == 0, closed.stderr
+    log = again("close_gap", *small, "close_gap.sources=[camera]", "close_gap.draws=2", *networks)
     summary = json.loads((tmp_path / "out" / "close_gap" / "close_gap.json").read_text())
     (robot,) = summary["robots"]
     assert list(robot["truth"]) == ["camera"] and robot["named"]
@@ -47,7 +62,7 @@ def test_render_train_evaluate_in_one_command(tmp_path):
     losses = robot["losses"]
     parts = sum(source["lost"] for source in losses["sources"])
     assert abs(parts - (losses["simulated"] - losses["real"])) < 1e-9
-    assert "report.html" in closed.stderr and (tmp_path / "out" / "close_gap" / "close_gap.png").exists()
+    assert "report.html" in log and (tmp_path / "out" / "close_gap" / "close_gap.png").exists()
     table = json.loads((tmp_path / "out" / "close_gap" / "table.json").read_text())  # as the documentation's are
     assert [row[0] for row in table["rows"]][:2] == ["as it came", "everything randomized"]
     assert table["command"].startswith("vision-s2r close-gap ") and "close_gap.withheld=1" in table["command"]

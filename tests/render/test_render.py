@@ -16,6 +16,8 @@ import pytest
 import torch
 from safetensors import SafetensorError
 
+from vision_s2r.cli import compose
+from vision_s2r.config import Config
 from vision_s2r.errors import UserError
 from vision_s2r.images import reduced
 from vision_s2r.render import RenderConfig, Views, render
@@ -153,7 +155,8 @@ def test_a_killed_script_goes_on(tmp_path):
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=120)
     assert process.returncode == 130 and "goes on" in errors and "Traceback" not in errors
-    subprocess.run([*command, "render.workers=1"], check=True, capture_output=True, timeout=120)
+    cfg = compose(Config, overrides=[*command[2:], "render.workers=1"])
+    render(cfg.scene, cfg.render)
     assert len(Views.open(tmp_path)) == 8
     assert (tmp_path / "contact_sheet.png").stat().st_size > 1000
 
