@@ -17,9 +17,11 @@ from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_poli
 from vision_s2r.grasp.config import AugmentationConfig, CropConfig, DenseConfig, check
 from vision_s2r.grasp.forms import build
 from vision_s2r.grasp.geometry import mirrored, mirrored_grasps
+from vision_s2r.grasp.method import QLearning
 from vision_s2r.images import to_float
 from vision_s2r.networks.unet import NetworkConfig
 from vision_s2r.training import Inputs, TrainingConfig, checkpoint
+from vision_s2r.training.data import Draw
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 CAMERA = CameraConfig(effects={"exposure": {"stops": [-0.3, 0.3]}})
@@ -40,6 +42,7 @@ def config(form: str = "crop", steps: int = 100, batch: int = 16, rate: float = 
         crop=CropConfig([0.08, 0.08], [16, 16]),
         dense=DenseConfig(cells=32, yaw_bins=8),
         augmentation=AugmentationConfig(blur=0.6),
+        shuffle_colours=False,  # bars are told by their colour
         training=replace(training, accelerator="cpu"),
     )
     return replace(small, **changes)  # type: ignore[arg-type]
@@ -56,6 +59,16 @@ def inputs(views: Bars = HELD_OUT) -> list[torch.Tensor]:
 @pytest.fixture(scope="module")
 def crop(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return trained(tmp_path_factory.mktemp("crop"), config())
+
+
+def test_grasps_are_told_apart_however_low_the_hidden_units_are() -> None:
+    q_function = build(config())
+    with torch.no_grad():
+        q_function.network[-3].bias.fill_(-100)  # as where nearly all labels are failures
+    images, *cameras = inputs()
+    logits = q_function(to_float(images), *cameras, HELD_OUT.tensors["grasps"].float()).logits
+    assert logits.std() > 1e-3
+    assert torch.autograd.grad(logits.sum(), q_function.network[-3].bias)[0].abs().min() > 0
 
 
 def test_a_mirrored_policy_goes_by_what_it_says_of_both_pictures(crop: Path) -> None:
@@ -93,6 +106,17 @@ def test_a_scene_s_grasp_is_its_own(crop: Path) -> None:
     torch.testing.assert_close(alone.actions[0], together.actions[7], atol=1e-4, rtol=0)
     floats = given[0].movedim(-1, 1).float() / 255
     torch.testing.assert_close(policy.act(floats, *given[1:], seeds).q, together.q, atol=1e-4, rtol=0)
+
+
+def test_domain_randomization_is_shown_colours_in_any_order() -> None:
+    views = Bars(40, 0)
+
+    def shown(shuffle_colours: bool) -> torch.Tensor:
+        cfg = config(picture="randomized", validate_on="real", shuffle_colours=shuffle_colours)
+        return QLearning(cfg, CAMERA, CameraConfig(), SIZE, MARGIN).batch(views, Draw(0, 5, 40, 16))["randomized"]
+
+    plain, shuffled = shown(False), shown(True)
+    assert torch.equal(plain.sort(-1).values, shuffled.sort(-1).values) and not torch.equal(plain, shuffled)
 
 
 def test_domain_randomization_with_a_network_before_q(tmp_path: Path) -> None:

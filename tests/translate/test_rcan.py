@@ -22,10 +22,10 @@ from vision_s2r.scene import CLASSES, nominal_camera, palette
 from vision_s2r.scene.config import ViewpointConfig
 from vision_s2r.training import Inputs, TrainingConfig, released
 from vision_s2r.training.checkpoint import load, load_state, save
-from vision_s2r.training.data import Draw
+from vision_s2r.training.data import ORDERS, Draw
 from vision_s2r.translate import TranslateConfig, Translator, train_translator
 from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
-from vision_s2r.translate.pairs import ORDERS, Pairs
+from vision_s2r.translate.pairs import Pairs
 
 CONFIGS = Path(__file__).resolve().parents[2] / "configs"
 SIZE, MARGIN, VIEWS = 32, 2, 2

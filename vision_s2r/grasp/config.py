@@ -9,6 +9,7 @@ from vision_s2r.training import TrainingConfig
 from vision_s2r.training import config as training_config
 
 FORMS = ("crop", "trunk", "dense")
+ACTIVATIONS = ("leaky_relu", "relu")
 PICTURES = ("canonical", "randomized", "seen")
 VALIDATION_PICTURES = ("canonical", "randomized", "real", "seen")
 
@@ -21,6 +22,11 @@ class CropConfig:
         [0.12, 0.08], "Lengths along and across the line on which the fingers close, m.", length=2, above=0
     )
     resolution: list[int] = option([24, 16], "Pixels along and across.", length=2, low=8, high=256, multiple=4)
+    activation: str = option(
+        "leaky_relu",
+        "Of the last hidden layer. Those of relu die where most grasps fail, and leave all good ones one chance.",
+        choices=ACTIVATIONS,
+    )
 
 
 @dataclass
@@ -113,6 +119,9 @@ class GraspConfig:
     dense: DenseConfig = option(DenseConfig, "The map of form dense.")
     cem: CemConfig = option(CemConfig, "The search.")
     augmentation: AugmentationConfig = option(AugmentationConfig, "What canonical pictures suffer in training.")
+    shuffle_colours: bool = option(
+        True, "Whether red, green and blue of a randomized picture change places, as translate's."
+    )
     training: TrainingConfig = option(
         TrainingConfig(max_steps=4000, learning_rate=2e-3, metric="auc", mode="max"),
         "The training loop; metrics: bce, auc, best_of_scene.",

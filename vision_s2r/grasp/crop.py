@@ -13,6 +13,8 @@ from vision_s2r.grasp.config import CropConfig
 from vision_s2r.grasp.geometry import project, sample, window_points
 from vision_s2r.grasp.q_function import Encoding, QFunction, convolution
 
+SLOPE = 0.1  # of a leaky rectifier, below 0
+
 
 class CropQ(QFunction):
     """A small convolutional network on the crop of each grasp."""
@@ -30,7 +32,7 @@ class CropQ(QFunction):
             convolution(2 * width, 2 * width),
             nn.Flatten(),
             nn.Linear(2 * width * cells, 2 * width),
-            nn.ReLU(inplace=True),
+            nn.LeakyReLU(SLOPE if cfg.activation == "leaky_relu" else 0.0, inplace=True),
             nn.Linear(2 * width, 1),
         )
 

@@ -19,7 +19,7 @@ from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, Inputs, Method, Step, ViewSource, checkpoint, muon_and_adamw, train
-from vision_s2r.training.data import require, require_alike
+from vision_s2r.training.data import randomized, require, require_alike
 
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
@@ -60,10 +60,10 @@ class QLearning(Method):
         self.normalization = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in _read_in_training(self._cfg)}
-        if "randomized" in batch:
-            which = draw.integers(batch["randomized"].shape[1])
-            batch["randomized"] = batch["randomized"][torch.arange(len(which)), which]
+        names = _read_in_training(self._cfg)
+        batch = {name: views.batch(name, draw.indices) for name in names if name != "randomized"}
+        if "randomized" in names:
+            batch["randomized"] = randomized(views, draw, self._cfg.shuffle_colours)
         return batch | _labels(views, draw.indices)
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:

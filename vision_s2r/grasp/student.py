@@ -39,7 +39,7 @@ from vision_s2r.training import (
     muon_and_adamw,
     train,
 )
-from vision_s2r.training.data import require, require_alike
+from vision_s2r.training.data import randomized, require, require_alike
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -85,9 +85,8 @@ class Student(Method):
         self.normalization = {"size": size}
 
     def batch(self, views: ViewSource, draw: Draw) -> Batch:
-        batch = {name: views.batch(name, draw.indices) for name in reads(self._policy)}
-        which = draw.integers(batch["randomized"].shape[1])
-        return batch | {"randomized": batch["randomized"][torch.arange(len(which)), which]}
+        batch = {name: views.batch(name, draw.indices) for name in reads(self._policy) if name != "randomized"}
+        return batch | {"randomized": randomized(views, draw, self._cfg.shuffle_colours)}
 
     def training_step(self, batch: Batch, step: Step) -> dict[str, Tensor]:
         pictures, truth = self._seen(batch["randomized"], batch, self._camera, step.generator)

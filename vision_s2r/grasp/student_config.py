@@ -23,6 +23,9 @@ class StudentConfig:
     near_best: int = option(8, "Grasps around the canonical policy's best of the candidates.", low=0)
     own: int = option(8, "Grasps around the student's own best of them, where its mistakes are.", low=0)
     candidates: int = option(48, "Random grasps a scene that both rate.", low=1)
+    shuffle_colours: bool = option(
+        True, "Whether red, green and blue of a randomized picture change places, as translate's."
+    )
     training: TrainingConfig = option(
         TrainingConfig(max_steps=400, learning_rate=5e-4, metric="auc", mode="max", validate_every=100),
         "The training loop; metrics: bce, auc, best_of_scene, chance_difference.",

@@ -6,6 +6,7 @@ step together are the batch that a single process would get: more processes chan
 
 from collections.abc import Iterable, Set
 from functools import lru_cache
+from itertools import permutations
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +15,7 @@ import torch
 from vision_s2r.errors import UserError, nearest
 
 CHUNK = 1024  # scenes at a time on their way to a device
+ORDERS = torch.tensor(list(permutations(range(3))))  # of red, green and blue
 
 
 class ViewSource(Protocol):
@@ -123,3 +125,17 @@ class Draw:
     def uniform(self, *shape: int) -> torch.Tensor:
         """float32 [B, *shape] in [0, 1)."""
         return torch.rand(self._batch_size, *shape, generator=self._generator)[self._slice]
+
+
+def randomized(views: ViewSource, draw: Draw, shuffle_colours: bool) -> torch.Tensor:
+    """A randomized picture of each scene of a step, uint8 [B, S, S, 3].
+
+    With `shuffle_colours` red, green and blue change places, in each picture by a draw of its own.
+    """
+    pictures = views.batch("randomized", draw.indices)
+    which = draw.integers(pictures.shape[1])
+    chosen = pictures[torch.arange(len(which)), which]
+    if not shuffle_colours:
+        return chosen
+    order = ORDERS[draw.integers(len(ORDERS))].to(chosen.device)
+    return chosen.gather(-1, order[:, None, None].expand(chosen.shape))

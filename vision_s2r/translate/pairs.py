@@ -1,8 +1,5 @@
 """Pairs to learn from: a source picture as a camera sees it, and what its canonical view is."""
 
-from itertools import permutations
-
-import torch
 from torch import Tensor
 
 from vision_s2r.camera import Camera, CameraParameters, sources
@@ -10,9 +7,9 @@ from vision_s2r.images import to_float
 from vision_s2r.networks import rectification
 from vision_s2r.networks.rectifier import POINTS
 from vision_s2r.training import Batch, Draw, ViewSource
+from vision_s2r.training.data import randomized
 from vision_s2r.translate.config import TranslateConfig
 
-ORDERS = torch.tensor(list(permutations(range(3))))  # of red, green and blue
 TARGETS = ("canonical", "segmentation", "depth", "intrinsics")
 CAMERA, LABELS = ("intrinsics", "extrinsics"), ("grasps", "success")  # what a frozen Q reads beside the pictures
 
@@ -31,18 +28,9 @@ class Pairs:
         self._margin, self._depth_range = margin, depth_range
 
     def drawn(self, views: ViewSource, draw: Draw) -> Batch:
-        """The tensors of a training step, one randomized picture of each scene as its source.
-
-        With `shuffle_colours` red, green and blue change places.
-        """
+        """The tensors of a training step, one randomized picture of each scene as its source."""
         batch = {name: views.batch(name, draw.indices) for name in self.names}
-        randomized = views.batch("randomized", draw.indices)
-        which = draw.integers(randomized.shape[1])
-        source = randomized[torch.arange(len(which)), which]
-        if self._shuffles:
-            order = ORDERS[draw.integers(len(ORDERS))].to(source.device)
-            source = source.gather(-1, order[:, None, None].expand(source.shape))
-        return batch | {"source": source}
+        return batch | {"source": randomized(views, draw, self._shuffles)}
 
     def held_out(self, views: ViewSource, indices: Tensor, look: str) -> Batch:
         """The tensors of held-out scenes, the (first) picture of a look as the source."""
