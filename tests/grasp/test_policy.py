@@ -15,7 +15,7 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import GraspConfig, GraspPolicy, compare_forms, train_policy
 from vision_s2r.grasp.config import AugmentationConfig, CropConfig, DenseConfig, check
-from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.forms import build, load_q
 from vision_s2r.grasp.geometry import mirrored, mirrored_grasps
 from vision_s2r.grasp.method import QLearning
 from vision_s2r.images import to_float
@@ -69,6 +69,13 @@ def test_grasps_are_told_apart_however_low_the_hidden_units_are() -> None:
     logits = q_function(to_float(images), *cameras, HELD_OUT.tensors["grasps"].float()).logits
     assert logits.std() > 1e-3
     assert torch.autograd.grad(logits.sum(), q_function.network[-3].bias)[0].abs().min() > 0
+
+
+def test_fine_tuning_goes_on_with_the_network_that_it_begins_as(tmp_path: Path) -> None:
+    begun = config(steps=2, crop=CropConfig([0.08, 0.08], [24, 16], "relu"), width=8)
+    path = trained(tmp_path / "on", config(steps=2, start=str(trained(tmp_path / "begun", begun))))
+    _, found, _ = load_q(path)
+    assert (found.crop, found.width) == (begun.crop, begun.width)
 
 
 def test_a_mirrored_policy_goes_by_what_it_says_of_both_pictures(crop: Path) -> None:

@@ -8,8 +8,7 @@ from torch import nn
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp.config import GraspConfig
-from vision_s2r.grasp.forms import build
-from vision_s2r.grasp.policy import configuration
+from vision_s2r.grasp.forms import build, configuration
 from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import checkpoint

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import torch
 from torch import Tensor, nn
 
-from vision_s2r.grasp.policy import load_q
+from vision_s2r.grasp.forms import load_q
 from vision_s2r.grasp.q_function import QFunction
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import checkpoint

@@ -18,7 +18,7 @@ from vision_s2r.files import write, write_table
 from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, check
 from vision_s2r.finetune.picture import draw
 from vision_s2r.grasp import GraspConfig, train_policy
-from vision_s2r.grasp.policy import configuration
+from vision_s2r.grasp.forms import configuration
 from vision_s2r.render import Recorded
 from vision_s2r.scene import SceneConfig
 from vision_s2r.statistics import Bootstrap

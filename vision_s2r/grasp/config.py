@@ -90,7 +90,11 @@ class GraspConfig:
         "seen (as robots recorded them, or as a translator makes them).",
         choices=PICTURES,
     )
-    start: str = option("", "A released checkpoint whose weights training begins with: fine-tuning. Empty: fresh ones.")
+    start: str = option(
+        "",
+        "A released checkpoint that training begins with, fine-tuning: its network takes the place of the keys that "
+        "shape one. Empty: fresh weights.",
+    )
     with_source: bool = option(
         False,
         "Whether Q also sees the picture that the canonical one was made from, as RCAN's fine-tuned variant does.",

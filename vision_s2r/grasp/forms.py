@@ -1,18 +1,23 @@
-"""From a configuration to its Q-function."""
+"""From a configuration, or a checkpoint, to its Q-function."""
 
 import math
-from dataclasses import replace
+from dataclasses import fields, replace
+from pathlib import Path
 from typing import Any
 
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 from torch import Tensor, nn
 
-from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.errors import UserError
+from vision_s2r.grasp.config import GraspConfig, check
 from vision_s2r.grasp.crop import CropQ
 from vision_s2r.grasp.dense import DenseQ
 from vision_s2r.grasp.q_function import QFunction
 from vision_s2r.grasp.trunk import TrunkQ
 from vision_s2r.networks.rectifier import Rectifier
 from vision_s2r.networks.unet import NetworkConfig, UNet
+from vision_s2r.training import checkpoint
 
 
 class Front(nn.Module):
@@ -48,3 +53,33 @@ def build(cfg: GraspConfig) -> QFunction:
         return TrunkQ(channels, cfg.width, cfg.plane_height, front)
     side = 2 * math.hypot(*cfg.area)
     return DenseQ(channels, cfg.width, cfg.dense, side, cfg.plane_height, front)
+
+
+def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
+    """The Q-function of a released checkpoint, its configuration, and the side of its pictures (px).
+
+    Raises UserError where the file is none.
+    """
+    found = checkpoint.load(path, "q_function")
+    cfg = configuration(found.configuration, path)
+    size = found.normalization.get("size")
+    if not isinstance(size, int):
+        raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
+    q_function = build(cfg)
+    found.restore("q_function", q_function)
+    return q_function, cfg, size
+
+
+def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
+    """The policy's part of a checkpoint's configuration, typed and checked."""
+    known = {field.name for field in fields(GraspConfig)}
+    try:
+        merged = OmegaConf.merge(
+            OmegaConf.structured(GraspConfig), {name: value for name, value in values.items() if name in known}
+        )
+        cfg = OmegaConf.to_object(merged)
+        assert isinstance(cfg, GraspConfig)
+        check(cfg)
+    except (OmegaConfBaseException, ArithmeticError, UserError) as error:
+        raise UserError(f"{path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
+    return cfg

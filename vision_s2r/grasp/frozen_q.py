@@ -7,9 +7,9 @@ from torch import Tensor
 
 from vision_s2r.errors import UserError
 from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.forms import load_q
 from vision_s2r.grasp.geometry import random_grasps
 from vision_s2r.grasp.metrics import measure
-from vision_s2r.grasp.policy import load_q
 from vision_s2r.grasp.q_function import Encoding, QFunction
 
 GRASPS = 8  # a picture, at which activations are compared

@@ -1,6 +1,6 @@
 """Learning Q from labelled grasps: each attempt ends at once, so Q is the chance that it succeeds."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
-from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.forms import build, load_q
 from vision_s2r.grasp.metrics import measure
 from vision_s2r.grasp.q_function import GraspScores
 from vision_s2r.images import to_float
@@ -24,6 +24,7 @@ from vision_s2r.training.data import randomized, require, require_alike
 CHUNK = 64  # scenes at a time in validation
 LABELS = ("intrinsics", "extrinsics", "grasps", "success")
 SOURCES = ("randomized", "real")
+NETWORK = ("form", "width", "plane_height", "front", "crop", "dense")  # what shapes it
 
 
 class QLearning(Method):
@@ -163,6 +164,14 @@ def _labels(views: ViewSource, indices: Tensor) -> Batch:
     return labels | {name: labels[name].float() for name in ("grasps", "success")}
 
 
+def _begun(cfg: GraspConfig) -> GraspConfig:
+    """The configuration with the network of the checkpoint that training begins with, where there is one."""
+    if not cfg.start:
+        return cfg
+    _, known, _ = load_q(cfg.start)
+    return replace(cfg, **{key: getattr(known, key) for key in NETWORK})
+
+
 def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path:
     """Trains Q in the folder `out`, or goes on there, and returns the best checkpoint, which `GraspPolicy` loads.
 
@@ -170,6 +179,7 @@ def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path
     where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
+    cfg = _begun(cfg)
     views, validation, sees_sources = inputs.views, inputs.validation, False
     for part, source, names in (
         ("training", views, _read_in_training(cfg)),

@@ -1,22 +1,19 @@
 """A trained grasp policy, which is all that another program needs."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import torch
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 from torch import Tensor
 
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import cem, geometry
-from vision_s2r.grasp.config import GraspConfig, check
-from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.config import GraspConfig
+from vision_s2r.grasp.forms import load_q
 from vision_s2r.grasp.method import beside
 from vision_s2r.grasp.q_function import QFunction
 from vision_s2r.images import to_float
-from vision_s2r.training import checkpoint
 
 
 @dataclass(frozen=True)
@@ -129,33 +126,3 @@ def _require_shapes(count: int, **given: Any) -> None:
     for name, (tensor, *sides) in given.items():
         if tensor.shape != (count, *sides):
             raise UserError(f"policy: {name} of shape {tuple(tensor.shape)}: expected {(count, *sides)}")
-
-
-def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
-    """The Q-function of a released checkpoint, its configuration, and the side of its pictures (px).
-
-    Raises UserError where the file is none.
-    """
-    found = checkpoint.load(path, "q_function")
-    cfg = configuration(found.configuration, path)
-    size = found.normalization.get("size")
-    if not isinstance(size, int):
-        raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
-    q_function = build(cfg)
-    found.restore("q_function", q_function)
-    return q_function, cfg, size
-
-
-def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
-    """The policy's part of a checkpoint's configuration, typed and checked."""
-    known = {field.name for field in fields(GraspConfig)}
-    try:
-        merged = OmegaConf.merge(
-            OmegaConf.structured(GraspConfig), {name: value for name, value in values.items() if name in known}
-        )
-        cfg = OmegaConf.to_object(merged)
-        assert isinstance(cfg, GraspConfig)
-        check(cfg)
-    except (OmegaConfBaseException, ArithmeticError, UserError) as error:
-        raise UserError(f"{path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
-    return cfg

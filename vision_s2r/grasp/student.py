@@ -19,10 +19,9 @@ from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment
 from vision_s2r.grasp.config import GraspConfig
-from vision_s2r.grasp.forms import build
+from vision_s2r.grasp.forms import build, load_q
 from vision_s2r.grasp.geometry import random_grasps, wrap
 from vision_s2r.grasp.metrics import measure
-from vision_s2r.grasp.policy import load_q
 from vision_s2r.grasp.q_function import QFunction
 from vision_s2r.grasp.student_config import StudentConfig, check
 from vision_s2r.images import to_float
