@@ -291,3 +291,16 @@ def test_a_rough_form_is_to_blame_for_little_of_what_it_does_and_for_no_more(ste
     found = diagnosed(y, rough=frozenset({"step"}), discrepancies={})
     assert found["verdict"] == verdict
     assert ("step" in names(found)) == (verdict == "explained")  # a hundredth of the gap is no name beside a rest
+
+
+def test_what_something_unknown_resembles_is_said_in_the_order_of_what_each_does(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    ripple = np.stack([np.sin(40 * np.pi * T), np.cos(40 * np.pi * T)])
+    monkeypatch.setitem(DISCREPANCIES, "a ripple", ripple)
+    both = {"a ripple": "a ripple", "anything smooth": "a smooth curve"}
+    for smooth, fine in ((1.0, 0.4), (0.4, 1.0)):
+        it = Curves(recording(6, other=smooth * np.cos(3 * np.pi * T) + fine * ripple[0]))
+        it.discrepancies = both
+        found = Search(it, Assessor(it, SearchConfig(), jobs=1, seed=0)).run()
+        assert found.resembles == tuple(sorted(both, reverse=smooth > fine))

@@ -275,6 +275,5 @@ def _unexplained(case: Case, assessor: Assessor, settled: Settled, said: str) ->
     return {
         **_share(gap.share(gap.after - gap.floor)),
         "where": places,
-        "resembles": [case.unsteady] * bool(case.unsteady)
-        + [case.discrepancies[name] for name in sorted(found.resembles)],
+        "resembles": [case.unsteady] * bool(case.unsteady) + [case.discrepancies[name] for name in found.resembles],
     }

@@ -27,7 +27,7 @@ class Found:
     identified: Assessment  # … and what is certain
     effects: Names  # named ones
     unknown: Names  # discrepancies that were needed: something is there that no effect of the library is
-    resembles: Names  # these, and discrepancies that would take off something of what is left
+    resembles: tuple[str, ...]  # these, what does most first, and those that would take off something of what is left
     adequate: bool  # nothing beyond noise is left
 
 
@@ -80,7 +80,17 @@ class Search:
         doubtful = frozenset() if adequate and not unknown else self._case.refitted | final.names - named.names
         effects = final.names - unknown - {name for name in doubtful if self._case.library[name].source == "dynamics"}
         refitted, nominal = assess.one(self._case.refitted), assess.one(frozenset())
-        return Found(final, refitted, nominal, base, effects, unknown, resembles, adequate)
+        ordered = self._by_work(resembles, final.hypothesis)
+        return Found(final, refitted, nominal, base, effects, unknown, ordered, adequate)
+
+    def _by_work(self, discrepancies: Names, found: Hypothesis) -> tuple[str, ...]:
+        """By what is left where one of them is not there, the others as they were fitted; then what was not fitted."""
+
+        def without(name: str) -> Hypothesis:
+            return Hypothesis(found.values, {other: much for other, much in found.extra.items() if other != name})
+
+        left = {name: self._assessor.left(without(name)) for name in discrepancies & found.extra.keys()}
+        return tuple(sorted(discrepancies, key=lambda name: (-left.get(name, 0.0), name)))
 
     def _beside_unknown(self, case: BesideUnknown, named: Assessment, base: Assessment) -> Hypothesis:
         """The effects that are there whatever the unknown may be, with all of it integrated out."""
