@@ -61,6 +61,7 @@ def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
     assert (tmp_path / "progress.csv").read_text().startswith("step,reached,median_error\n64000,")
 
 
+@pytest.mark.slow
 def test_a_teacher_that_knows_the_machine_teaches_to_bear_a_latency_in_seconds(tmp_path):
     task, late = ControlTaskConfig(), {"latency": {"delay": [0.0, 0.02]}}
     little = ImitationTrainingConfig(envs=16, steps=160_000, window=25, learning_rate=4e-3, hidden=[32, 32])

@@ -28,6 +28,7 @@ def run(out: Path, minutes: float = 0.02) -> dict[str, Any]:
     )
 
 
+@pytest.mark.slow
 def test_the_whole_benchmark_says_what_it_measured(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     run(tmp_path)
     found = json.loads((tmp_path / "translate.json").read_text())
