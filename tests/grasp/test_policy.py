@@ -76,6 +76,10 @@ def test_fine_tuning_goes_on_with_the_network_that_it_begins_as(tmp_path: Path) 
     path = trained(tmp_path / "on", config(steps=2, start=str(trained(tmp_path / "begun", begun))))
     _, found, _ = load_q(path)
     assert (found.crop, found.width) == (begun.crop, begun.width)
+    front = NetworkConfig(width=8, levels=2, blocks=1, rectifier=8)
+    other = config(start=str(path), picture="randomized", validate_on="real", front=front, rectification=1.0)
+    with pytest.raises(UserError, match=r"rectification = 1.0: expected 0 without"):  # what it begins as has no front
+        trained(tmp_path / "other", other)
 
 
 def test_a_mirrored_policy_goes_by_what_it_says_of_both_pictures(crop: Path) -> None:

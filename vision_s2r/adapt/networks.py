@@ -8,7 +8,7 @@ from torch import nn
 from vision_s2r.adapt.config import AdaptConfig
 from vision_s2r.errors import UserError
 from vision_s2r.grasp.config import GraspConfig
-from vision_s2r.grasp.forms import build, configuration
+from vision_s2r.grasp.forms import build, load_configuration
 from vision_s2r.networks.unet import NetworkConfig, UNet
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import checkpoint
@@ -53,7 +53,7 @@ def policies(cfg: AdaptConfig) -> dict[str, GraspConfig]:
 
     Raises UserError where that policy looks at anything but canonical pictures.
     """
-    canonical = configuration(checkpoint.load(cfg.policy, "q_function").configuration, cfg.policy)
+    canonical = load_configuration(cfg.policy)
     if canonical.picture != "canonical" or canonical.with_source or canonical.front:
         raise UserError(f"{cfg.policy}: adapt.policy expects a policy that was trained on canonical pictures alone")
     return {"q_canonical": canonical, "q_real": replace(canonical, picture="seen", validate_on="seen", front=cfg.front)}

@@ -18,7 +18,7 @@ from vision_s2r.files import write, write_table
 from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, check
 from vision_s2r.finetune.picture import draw
 from vision_s2r.grasp import GraspConfig, train_policy
-from vision_s2r.grasp.forms import configuration
+from vision_s2r.grasp.forms import load_configuration
 from vision_s2r.render import Recorded
 from vision_s2r.scene import SceneConfig
 from vision_s2r.statistics import Bootstrap
@@ -108,8 +108,7 @@ def _trained(cfg: FinetuneConfig, job: Job, recorded: Recorded, scratch: GraspCo
         some = some.replaced(_translated(job.translator, some))
     steps = round(cfg.epochs * scenes / cfg.training.batch_size)
     if job.policy:
-        start = checkpoint.load(job.policy, "q_function")
-        known = replace(configuration(start.configuration, job.policy), start=job.policy)
+        known = replace(load_configuration(job.policy), start=job.policy)
         rate = cfg.training.learning_rate
         steps = min(max(steps, cfg.least_steps), cfg.most_steps)
     else:

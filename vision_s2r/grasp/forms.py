@@ -61,7 +61,7 @@ def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
     Raises UserError where the file is none.
     """
     found = checkpoint.load(path, "q_function")
-    cfg = configuration(found.configuration, path)
+    cfg = _configuration(found)
     size = found.normalization.get("size")
     if not isinstance(size, int):
         raise UserError(f"{path}: its header gives no size of pictures: expected a policy's checkpoint")
@@ -70,9 +70,15 @@ def load_q(path: str | Path) -> tuple[QFunction, GraspConfig, int]:
     return q_function, cfg, size
 
 
-def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
+def load_configuration(path: str | Path) -> GraspConfig:
+    """What a released checkpoint's policy is, without building it. Raises UserError where the file is none."""
+    return _configuration(checkpoint.load(path, "q_function"))
+
+
+def _configuration(found: checkpoint.Checkpoint) -> GraspConfig:
     """The policy's part of a checkpoint's configuration, typed and checked."""
     known = {field.name for field in fields(GraspConfig)}
+    values = found.configuration
     try:
         merged = OmegaConf.merge(
             OmegaConf.structured(GraspConfig), {name: value for name, value in values.items() if name in known}
@@ -81,5 +87,5 @@ def configuration(values: dict[str, Any], path: str | Path) -> GraspConfig:
         assert isinstance(cfg, GraspConfig)
         check(cfg)
     except (OmegaConfBaseException, ArithmeticError, UserError) as error:
-        raise UserError(f"{path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
+        raise UserError(f"{found.path}: its configuration is no policy's ({str(error).splitlines()[0]})") from error
     return cfg

@@ -12,7 +12,7 @@ from vision_s2r.camera import Camera, CameraConfig, sources
 from vision_s2r.errors import UserError
 from vision_s2r.grasp import augment, negatives
 from vision_s2r.grasp.config import GraspConfig, check
-from vision_s2r.grasp.forms import build, load_q
+from vision_s2r.grasp.forms import build, load_configuration
 from vision_s2r.grasp.metrics import measure
 from vision_s2r.grasp.q_function import GraspScores
 from vision_s2r.images import to_float
@@ -168,7 +168,7 @@ def _begun(cfg: GraspConfig) -> GraspConfig:
     """The configuration with the network of the checkpoint that training begins with, where there is one."""
     if not cfg.start:
         return cfg
-    _, known, _ = load_q(cfg.start)
+    known = load_configuration(cfg.start)
     return replace(cfg, **{key: getattr(known, key) for key in NETWORK})
 
 
@@ -178,8 +178,8 @@ def train_policy(cfg: GraspConfig, inputs: Inputs, out: Path, seed: int) -> Path
     The cameras count where Q looks at source pictures, and where the checkpoint is chosen on such. Raises UserError
     where the configuration or the views do not fit, and as `vision_s2r.training.train`.
     """
-    check(cfg)
     cfg = _begun(cfg)
+    check(cfg)
     views, validation, sees_sources = inputs.views, inputs.validation, False
     for part, source, names in (
         ("training", views, _read_in_training(cfg)),

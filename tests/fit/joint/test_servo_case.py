@@ -284,5 +284,5 @@ def test_a_drive_that_gives_way_under_load_passes_for_no_effect():
     )[0]  # fmt: skip
     noise = 2e-4 * np.random.default_rng(1).standard_normal(recording.position.shape)
     report = diagnose(replace(recording, position=states[..., 0] + noise), DiagnoseConfig()).to_dict()
-    resembled = report["unexplained"]["resembles"]  # in no order, beside the power drawn, which says much the same
+    resembled = report["unexplained"]["resembles"]  # beside the power drawn, which says much the same
     assert not report["effects"] and any("not proportional to the command" in each for each in resembled)
