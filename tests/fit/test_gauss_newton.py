@@ -10,10 +10,7 @@ from scipy.optimize import least_squares
 from vision_s2r.fit.gauss_newton import Damping, damped_step, descend
 
 T = np.linspace(0, 3, 60)
-RULES = {
-    "one step at a time": Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf)),
-    "several at once": Damping(first=1e-3, tried=(0.03, 1.0, 100.0, 1e4), bounds=(1e-9, 1e4)),
-}
+RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf))
 CASES: dict[str, tuple[Callable[[np.ndarray], np.ndarray], list[float]]] = {
     "Rosenbrock": (lambda x: np.array([10 * (x[1] - x[0] ** 2), 1 - x[0]]), [-1.2, 1.0]),
     "decay": (
@@ -43,16 +40,15 @@ class Squares:
         slopes = [(self.residual(state.point + step) - now) / step.sum() for step in np.diag(steps)]
         return np.array(slopes) @ np.array(slopes).T, -np.array(slopes) @ now
 
-    def steps(self, state: Here, steps: np.ndarray) -> list[Here]:
-        return [self.at(state.point + step) for step in steps]
+    def step(self, state: Here, step: np.ndarray) -> Here:
+        return self.at(state.point + step)
 
 
-@pytest.mark.parametrize("rule", RULES)
 @pytest.mark.parametrize("case", CASES)
-def test_it_ends_where_scipy_does(case: str, rule: str) -> None:
+def test_it_ends_where_scipy_does(case: str) -> None:
     residual, start = CASES[case]
     problem = Squares(residual)
-    found = descend(problem, problem.at(np.array(start, float)), 200, RULES[rule])
+    found = descend(problem, problem.at(np.array(start, float)), 200, RULE)
     known = least_squares(residual, start, x_scale="jac")
     assert found.cost == pytest.approx(known.cost, rel=1e-6, abs=1e-12)
     assert found.point == pytest.approx(known.x, rel=1e-3, abs=1e-6)

@@ -28,8 +28,8 @@ class Problem(Protocol[S]):
         """Curvature [D, D] and slope [D] (downhill) of the cost; a coordinate whose curvature is 0 stays."""
         ...
 
-    def steps(self, state: S, steps: np.ndarray) -> list[S]:
-        """The states that steps [C, D] lead to."""
+    def step(self, state: S, step: np.ndarray) -> S:
+        """The state that a step [D] leads to."""
         ...
 
 
@@ -38,11 +38,10 @@ class Damping:
     """How a descent is damped, and when it ends."""
 
     first: float
-    tried: tuple[float, ...] = (1.0,)  # times the damping: steps that are tried at once
-    raised: float = 1.0  # by this, where none of them goes down …
+    raised: float = 1.0  # by this, where a step does not go down …
     least: float = 0.0  # … and to no less than this
     times: int = 1  # how often that is done before the descent ends
-    lowered: float = 1.0  # by this, where one goes down
+    lowered: float = 1.0  # by this, where it does
     bounds: tuple[float, float] = (0.0, np.inf)
     gain: float = 0.0  # less than this ends the descent
     relative_gain: float = 0.0  # the same, times the cost
@@ -66,19 +65,17 @@ def descend(problem: Problem[S], start: S, iterations: int, rule: Damping, limit
     for _ in range(iterations):
         curvature, slope = problem.equations(state)
         for _ in range(rule.times):
-            dampings = damping * np.array(rule.tried)
-            steps = np.array([damped_step(curvature, slope, each) for each in dampings])
+            step = damped_step(curvature, slope, damping)
             if limits is not None:
-                steps = steps.clip(-limits, limits)
-            trials = problem.steps(state, steps)
-            best = int(np.argmin([trial.cost for trial in trials]))
-            if trials[best].cost < state.cost:
+                step = step.clip(-limits, limits)
+            trial = problem.step(state, step)
+            if trial.cost < state.cost:
                 break
             damping = max(damping * rule.raised, rule.least)
         else:
             return state
-        gained, state = state.cost - trials[best].cost, trials[best]
-        damping = float(np.clip(dampings[best] / rule.lowered, *rule.bounds))
-        if gained < max(rule.gain, rule.relative_gain * state.cost) or np.abs(steps[best]).max() < rule.move:
+        gained, state = state.cost - trial.cost, trial
+        damping = float(np.clip(damping / rule.lowered, *rule.bounds))
+        if gained < max(rule.gain, rule.relative_gain * state.cost) or np.abs(step).max() < rule.move:
             break
     return state

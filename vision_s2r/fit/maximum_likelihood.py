@@ -1,4 +1,4 @@
-"""Maximum likelihood by damped Gauss-Newton: derivatives by differences, all of them one batch of machines.
+"""Maximum likelihood by damped Gauss-Newton: derivatives by differences, carried from step to step.
 
 Each channel (position, velocity) has a scale of its own, as large as its residual and no smaller than its floor; what
 is minimized is the negative log-likelihood with the scales at their best. (Large residuals by iteratively
@@ -12,12 +12,13 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 
 from vision_s2r.fit.coordinates import Coordinates
-from vision_s2r.fit.gauss_newton import Damping, damped_step, descend
+from vision_s2r.fit.gauss_newton import damped_step
 from vision_s2r.fit.likelihood import influence, normal_equations, profile
 
-# Machines are simulated in batches, so that several steps are tried at once; less than 0.02 nats is no gain.
-RULE = Damping(first=1e-3, tried=(0.03, 1.0, 100.0, 1e4), bounds=(1e-9, 1e4), gain=0.02)
-SETTLED = 0.1  # nats: where a step by slopes that are found anew gains less, the next would gain less than RULE.gain
+FIRST = 1e-3  # damping to begin with …
+LEAST, MOST = 1e-9, 1e4
+TRIED = (0.03, 1.0, 100.0, 1e4)  # times the damping: steps that are tried, until one brings what is promised
+SETTLED = 0.1  # nats: where a step by slopes that are found anew gains less, the next would gain next to nothing
 ENOUGH = 0.5  # of what the linearization promises: a step that brings as much is taken, and slopes are carried on
 
 
@@ -76,27 +77,27 @@ def minimize(
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        found = _descend(observer, space, data, best.point, start, stride, iterations)
+        descent = _Descent(observer, space, data, space.believed(start), stride)
+        found = _descend(descent, best.point, iterations)
         if found.cost < best.cost:
             best = found
     return best
 
 
-def minimize_carrying(observer: Residuals[S], space: S, data: Data, start: np.ndarray, iterations: int) -> Fitted:
-    """As `minimize`, where a batch of machines takes as long as its parts.
+def _descend(descent: "_Descent[S]", point: np.ndarray, iterations: int) -> Fitted:
+    """To the nearest optimum, where many machines take as long as one after another.
 
     Steps are tried one by one. Slopes are carried from step to step (Broyden, Mathematics of Computation 19, 1965), and
     found anew where a step brings less than half of what they promise.
     """
-    descent = _Descent(observer, space, data, space.believed(start), 1.0)
-    state, damping, slopes = descent.at(start[None])[0], RULE.first, None
+    state, damping, slopes = descent.at(point), FIRST, None
     for _ in range(iterations):
         fresh = slopes is None
         slopes = descent.slopes(state) if slopes is None else slopes
-        curvature, slope = descent.linear(state, slopes)
+        curvature, slope = descent.equations(state, slopes)
         best, enough = state, False
-        for factor in RULE.tried if fresh else RULE.tried[:1]:
-            trial = descent.steps(state, damped_step(curvature, slope, damping * factor)[None])[0]
+        for factor in TRIED if fresh else TRIED[:1]:
+            trial = descent.step(state, damped_step(curvature, slope, damping * factor))
             moved = trial.point - state.point
             promised = float(moved @ slope - 0.5 * moved @ curvature @ moved)
             enough = state.cost - trial.cost >= ENOUGH * promised
@@ -106,8 +107,8 @@ def minimize_carrying(observer: Residuals[S], space: S, data: Data, start: np.nd
                 break
         gained = state.cost - best.cost
         if gained > 0:
-            moved, damping = best.point - state.point, float(np.clip(chosen, *RULE.bounds))
-            slopes = _carried(slopes, best.residuals - state.residuals, moved, space.step)
+            moved, damping = best.point - state.point, float(np.clip(chosen, LEAST, MOST))
+            slopes = _carried(slopes, best.residuals - state.residuals, moved, descent.space.step)
             state = best
         if fresh and gained < SETTLED:
             break
@@ -142,25 +143,10 @@ class _Descent(Generic[S]):
     centre: np.ndarray  # of the prior
     stride: float
 
-    def at(self, points: np.ndarray) -> list[_State]:
-        residuals = self.observer.residuals(self.space, points, self.data.episodes)
+    def at(self, point: np.ndarray) -> _State:
+        residuals = self.observer.residuals(self.space, point[None], self.data.episodes)
         values, scales = _costs(residuals, self.data)
-        return [
-            _State(point, float(values[k]) + self.space.surprise(point, self.centre), scales[k], residuals[k : k + 1])
-            for k, point in enumerate(points)
-        ]
-
-    def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
-        points, steps = self.space.differences(state.point, self.stride)
-        around = self.observer.residuals(self.space, points[1:], self.data.episodes)
-        return self._of(state, np.concatenate([state.residuals, around]), steps)
-
-    def _of(self, state: _State, residuals: np.ndarray, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        curvature, slope = _normal(residuals, steps, state.scale, self.data)
-        stiffness = self.space.stiffness(state.point, self.centre)
-        curvature[np.diag_indices(self.space.size)] += stiffness
-        slope += (self.centre - state.point) * stiffness
-        return _held_at_bounds(state.point, curvature, slope, self.space)
+        return _State(point, float(values[0]) + self.space.surprise(point, self.centre), scales[0], residuals)
 
     def slopes(self, state: _State) -> np.ndarray:
         """Change of the residuals [D, E, T, channels] with each coordinate."""
@@ -168,21 +154,17 @@ class _Descent(Generic[S]):
         around = self.observer.residuals(self.space, points[1:], self.data.episodes)
         return (around - state.residuals) / steps[:, None, None, None]
 
-    def linear(self, state: _State, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The equations by these slopes."""
+    def equations(self, state: _State, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Curvature [D, D] and slope [D] (downhill) of the cost; a coordinate whose curvature is 0 stays."""
         around = np.concatenate([state.residuals, state.residuals + slopes])
-        return self._of(state, around, np.ones(self.space.size))
+        curvature, slope = _normal(around, np.ones(self.space.size), state.scale, self.data)
+        stiffness = self.space.stiffness(state.point, self.centre)
+        curvature[np.diag_indices(self.space.size)] += stiffness
+        slope += (self.centre - state.point) * stiffness
+        return _held_at_bounds(state.point, curvature, slope, self.space)
 
-    def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
-        return self.at(np.clip(state.point + steps, self.space.low, self.space.high))
-
-
-def _descend(
-    observer: Residuals[S], space: S, data: Data, point: np.ndarray, centre: np.ndarray, stride: float, iterations: int
-) -> Fitted:
-    descent = _Descent(observer, space, data, space.believed(centre), stride)
-    found = descend(descent, descent.at(point[None])[0], iterations, RULE)
-    return Fitted(found.point, found.cost, found.scale)
+    def step(self, state: _State, step: np.ndarray) -> _State:
+        return self.at(np.clip(state.point + step, self.space.low, self.space.high))
 
 
 def _held_at_bounds(

@@ -199,9 +199,9 @@ class _Descent:
     def _small(self) -> np.ndarray:
         return np.array([step for name in self.names for step in chart(name).steps(self.target.pictures.optics)])
 
-    def steps(self, state: _State, steps: np.ndarray) -> list[_State]:
+    def step(self, state: _State, step: np.ndarray) -> _State:
         here = pack(state.values, self.names)
-        return [self.at(dict(state.values) | unpack(here + step * self._small, self.names)) for step in steps]
+        return self.at(dict(state.values) | unpack(here + step * self._small, self.names))
 
 
 def gauss_newton(

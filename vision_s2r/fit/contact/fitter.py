@@ -11,7 +11,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.predictor import Predictor
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.likelihood import GAUSSIAN
-from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize_carrying
+from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.questions import apart
 from vision_s2r.fit.selection import SCALE, SHIFTS, Fitter
 
@@ -105,11 +105,11 @@ class ContactFitter(Fitter[ContactSpace]):
         if space.size == 0:
             _, scales = costs(self.runs, space, data, point[None])
             return space.hypothesis(point, {SCALE: scales[0]})
-        fitted = minimize_carrying(self.runs, space, data, point, iterations or self.iterations)
+        fitted = minimize(self.runs, space, data, point, iterations or self.iterations)
         if fitted.scale[0] > LEFT * self.floor[0]:
             hopped = self._hopped(space, data, fitted)
             if not np.array_equal(hopped, fitted.point):
-                again = minimize_carrying(self.runs, space, data, hopped, iterations or self.iterations)
+                again = minimize(self.runs, space, data, hopped, iterations or self.iterations)
                 fitted = min(fitted, again, key=lambda each: each.cost)
         return space.hypothesis(fitted.point, {SCALE: fitted.scale})
 
@@ -139,7 +139,7 @@ class ContactFitter(Fitter[ContactSpace]):
                 some = Data(data.episodes[::THINNED], data.weight[::THINNED], data.floor, data.temper)
                 order = np.argsort(costs(self.runs, space, some, points)[0], kind="stable")
                 points = np.array([self._nearer(space, some, point, name) for point in points[order[:FOLLOWED]]])
-            fits = [minimize_carrying(self.runs, space, data, point, 1) for point in points]
+            fits = [minimize(self.runs, space, data, point, 1) for point in points]
             best = min(fits, key=lambda fitted: fitted.cost)
             self._screened[key] = (now - best.cost, best)
         return self._screened[key]

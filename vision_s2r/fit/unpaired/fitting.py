@@ -190,7 +190,7 @@ class _Descent:
         matrix, vector = self.fitter.equations(columns, self.target - self.fitter.mean(state.values), self.free)
         return matrix.T @ matrix + 1e-12 * np.eye(len(matrix.T)), matrix.T @ vector
 
-    def steps(self, state: _State, steps_: np.ndarray) -> list[_State]:
+    def step(self, state: _State, step: np.ndarray) -> _State:
         small = steps(self.names, self.fitter.optics)[0]
         here = pack(state.values, self.names)
-        return [self.at(state.values | unpack(here + step * small, self.names)) for step in steps_]
+        return self.at(state.values | unpack(here + step * small, self.names))
