@@ -10,7 +10,7 @@ from tests.diagnose.stand_in import CURVES, DISCREPANCIES, Curves, T, recording
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
-from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.search import COINCIDENCE, Search
 from vision_s2r.diagnose.simulator import _of, _with_causes, settle
 from vision_s2r.fit.case import Hypothesis, Names, Segments
 
@@ -304,3 +304,14 @@ def test_what_something_unknown_resembles_is_said_in_the_order_of_what_each_does
         it.discrepancies = both
         found = Search(it, Assessor(it, SearchConfig(), jobs=1, seed=0)).run()
         assert found.resembles == tuple(sorted(both, reverse=smooth > fine))
+
+
+def test_to_a_coincidence_of_unknowns_none_is_added(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With more of them nothing would be any surer, and each is fitted beside all others."""
+    waves = {f"wave {k}": np.stack([np.sin(k * np.pi * T), np.cos(k * np.pi * T)]) for k in (20, 30, 40, 50, 60)}
+    for name, rows in waves.items():
+        monkeypatch.setitem(DISCREPANCIES, name, rows)
+    it = Curves(recording(6, other=sum(rows[0] for rows in waves.values())))
+    it.discrepancies = {name: name for name in waves}
+    found = Search(it, Assessor(it, SearchConfig(), jobs=1, seed=0)).run()
+    assert len(found.unknown) == COINCIDENCE and not found.effects and not found.adequate

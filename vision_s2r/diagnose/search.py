@@ -314,9 +314,10 @@ class Search:
 
         An unknown has only what effects leave: what is known is looked for beside it before another is added, and keeps
         its name where nothing is left in the end. Else it may do the work of what the unknown's form lacks.
+        To a coincidence of unknowns none is added: nothing is sure beside it, and each costs as much as all before.
         """
         before = found.names & self._effects
-        while not self._explained(found):
+        while not self._explained(found) and len(found.names & self._discrepancies) < COINCIDENCE:
             if known := self._known_beside(found):
                 found = known
                 continue
