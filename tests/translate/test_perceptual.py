@@ -17,7 +17,7 @@ from vision_s2r.translate import TranslateConfig, losses, train_translator
 from vision_s2r.translate.config import LossConfig
 from vision_s2r.translate.perceptual import VGG_WEIGHTS, Vgg, _vgg_layers
 
-ALONE = LossConfig(image=0, gradient=0, segmentation=0, depth=0, perceptual=1)
+ALONE = LossConfig(image=0, segmentation=0, depth=0, perceptual=1)
 
 
 class Labelled(Rectangles):

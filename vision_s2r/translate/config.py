@@ -28,7 +28,12 @@ class LossConfig:
     """Weight of each term of the loss; 0 leaves it, and what only it needs, out."""
 
     image: float = option(1.0, "Absolute error of the canonical picture.", low=0)
-    gradient: float = option(1.0, "Absolute error of its differences between neighbouring pixels: edges.", low=0)
+    gradient: float = option(
+        0.0,
+        "Absolute error of its differences between neighbouring pixels: edges. It is least without an edge where an "
+        "edge's place is not known.",
+        low=0,
+    )
     ssim: float = option(0.0, "1 - structural similarity.", low=0)
     segmentation: float = option(0.5, "Cross-entropy of the five classes.", low=0)
     depth: float = option(0.2, "Absolute error of the depth, in parts of its range.", low=0)
