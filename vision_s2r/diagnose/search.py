@@ -317,7 +317,7 @@ class Search:
         To a coincidence of unknowns none is added: nothing is sure beside it, and each costs as much as all before.
         """
         before = found.names & self._effects
-        while not self._explained(found) and len(found.names & self._discrepancies) < COINCIDENCE:
+        while len(found.names & self._discrepancies) < COINCIDENCE and not self._explained(found):
             if known := self._known_beside(found):
                 found = known
                 continue

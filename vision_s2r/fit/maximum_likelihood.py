@@ -77,44 +77,10 @@ def minimize(
     """
     best = Fitted(start, np.inf, np.ones(observer.channels))
     for stride in strides:
-        descent = _Descent(observer, space, data, space.believed(start), stride)
-        found = _descend(descent, best.point, iterations)
+        found = _Descent(observer, space, data, space.believed(start), stride).descend(best.point, iterations)
         if found.cost < best.cost:
             best = found
     return best
-
-
-def _descend(descent: "_Descent[S]", point: np.ndarray, iterations: int) -> Fitted:
-    """To the nearest optimum, where many machines take as long as one after another.
-
-    Steps are tried one by one. Slopes are carried from step to step (Broyden, Mathematics of Computation 19, 1965), and
-    found anew where a step brings less than half of what they promise.
-    """
-    state, damping, slopes = descent.at(point), FIRST, None
-    for _ in range(iterations):
-        fresh = slopes is None
-        slopes = descent.slopes(state) if slopes is None else slopes
-        curvature, slope = descent.equations(state, slopes)
-        best, enough = state, False
-        for factor in TRIED if fresh else TRIED[:1]:
-            trial = descent.step(state, damped_step(curvature, slope, damping * factor))
-            moved = trial.point - state.point
-            promised = float(moved @ slope - 0.5 * moved @ curvature @ moved)
-            enough = state.cost - trial.cost >= ENOUGH * promised
-            if trial.cost < best.cost:
-                best, chosen = trial, damping * factor
-            if enough:
-                break
-        gained = state.cost - best.cost
-        if gained > 0:
-            moved, damping = best.point - state.point, float(np.clip(chosen, LEAST, MOST))
-            slopes = _carried(slopes, best.residuals - state.residuals, moved, descent.space.step)
-            state = best
-        if fresh and gained < SETTLED:
-            break
-        if not fresh and (not enough or gained < SETTLED):
-            slopes = None  # at an optimum by slopes of elsewhere there need be none
-    return Fitted(state.point, state.cost, state.scale)
 
 
 def _carried(slopes: np.ndarray, change: np.ndarray, moved: np.ndarray, unit: np.ndarray) -> np.ndarray:
@@ -143,6 +109,39 @@ class _Descent(Generic[S]):
     centre: np.ndarray  # of the prior
     stride: float
 
+    def descend(self, point: np.ndarray, iterations: int) -> Fitted:
+        """To the nearest optimum.
+
+        Many machines take as long as one after another: steps are tried one by one. Slopes are carried from step to
+        step (Broyden, Mathematics of Computation 19, 1965), and found anew where a step brings less than half of what
+        they promise.
+        """
+        state, damping, slopes = self.at(point), FIRST, None
+        for _ in range(iterations):
+            fresh = slopes is None
+            slopes = self.slopes(state) if slopes is None else slopes
+            curvature, slope = self.equations(state, slopes)
+            best, enough = state, False
+            for factor in TRIED if fresh else TRIED[:1]:
+                trial = self.step(state, damped_step(curvature, slope, damping * factor))
+                moved = trial.point - state.point
+                promised = float(moved @ slope - 0.5 * moved @ curvature @ moved)
+                enough = state.cost - trial.cost >= ENOUGH * promised
+                if trial.cost < best.cost:
+                    best, chosen = trial, damping * factor
+                if enough:
+                    break
+            gained = state.cost - best.cost
+            if gained > 0:
+                moved, damping = best.point - state.point, float(np.clip(chosen, LEAST, MOST))
+                slopes = _carried(slopes, best.residuals - state.residuals, moved, self.space.step)
+                state = best
+            if fresh and gained < SETTLED:
+                break
+            if not fresh and (not enough or gained < SETTLED):
+                slopes = None  # at an optimum by slopes of elsewhere there need be none
+        return Fitted(state.point, state.cost, state.scale)
+
     def at(self, point: np.ndarray) -> _State:
         residuals = self.observer.residuals(self.space, point[None], self.data.episodes)
         values, scales = _costs(residuals, self.data)
@@ -157,7 +156,9 @@ class _Descent(Generic[S]):
     def equations(self, state: _State, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Curvature [D, D] and slope [D] (downhill) of the cost; a coordinate whose curvature is 0 stays."""
         around = np.concatenate([state.residuals, state.residuals + slopes])
-        curvature, slope = _normal(around, np.ones(self.space.size), state.scale, self.data)
+        factor = influence(state.residuals[0], state.scale) * self.data.temper
+        label = np.where(self.data.weight > 0, 0, -1)
+        (curvature,), (slope,) = normal_equations(around, np.ones(self.space.size), factor, label, 1)
         stiffness = self.space.stiffness(state.point, self.centre)
         curvature[np.diag_indices(self.space.size)] += stiffness
         slope += (self.centre - state.point) * stiffness
@@ -174,14 +175,6 @@ def _held_at_bounds(
     stuck = ((point <= space.low) & (slope < 0)) | ((point >= space.high) & (slope > 0))
     free = ~stuck
     return curvature * np.outer(free, free), slope * free
-
-
-def _normal(residuals: np.ndarray, steps: np.ndarray, scale: np.ndarray, data: Data) -> tuple[np.ndarray, np.ndarray]:
-    """Curvature [D, D] and slope [D] of the log-likelihood, from residuals at a point and one step along each axis."""
-    factor = influence(residuals[0], scale) * data.temper
-    label = np.where(data.weight > 0, 0, -1)
-    curvature, slope = normal_equations(residuals, steps, factor, label, 1)
-    return curvature[0], slope[0]
 
 
 def trials(
