@@ -14,8 +14,8 @@ from vision_s2r.joint.effects.bias_torque import bias
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.deadband import beyond
 from vision_s2r.joint.effects.encoder_quantization import rounded
+from vision_s2r.joint.effects.external_load_friction import pressed
 from vision_s2r.joint.effects.gravity_torque import gravity
-from vision_s2r.joint.effects.load_dependent_friction import load_friction
 from vision_s2r.joint.effects.proportional_gain import servo_command
 from vision_s2r.joint.effects.stribeck_friction import stribeck, stribeck_weight
 from vision_s2r.joint.effects.thermal_drift import drifted
@@ -33,6 +33,7 @@ Glide = tuple[float, Response]  # of motion in one direction: its damping, and t
 Given = tuple[float, float, float, float, float]
 Weight = tuple[float, float]  # of static friction, and of that under load: 1 at rest
 REST: Weight = (1.0, 1.0)
+Loads = tuple[float, float]  # what presses the gears: the motor's torque, and the torque on the load
 
 
 @compiled
@@ -127,13 +128,13 @@ def weight_at(machine: JointMachine, velocity: float) -> Weight:
 
 
 @compiled
-def dry(machine: JointMachine, direction: float, weight: Weight, motor: float) -> float:
-    """Dry friction against motion in this direction (±1) under this motor torque."""
+def dry(machine: JointMachine, direction: float, weight: Weight, loads: Loads) -> float:
+    """Dry friction against motion in this direction (±1) under these torques."""
     friction = directed(machine.coulomb_friction, machine.asymmetric_friction_coulomb, direction)
     if not math.isnan(machine.stribeck_friction_static):
         friction = stribeck(friction, machine.stribeck_friction_static, weight[0])
     coefficient = machine.load_dependent_friction_coefficient + weight[1] * machine.load_dependent_stribeck_coefficient
-    return friction + load_friction(motor, coefficient)
+    return friction + pressed(coefficient * loads[0], machine.external_load_friction_coefficient * loads[1])
 
 
 @compiled
@@ -149,7 +150,7 @@ def advance(
     velocity: float,
     torque: float,
     weight: Weight,
-    motor: float,
+    loads: Loads,
     ahead: Glide,
     back: Glide,
     inertia: float,
@@ -163,11 +164,11 @@ def advance(
     can hold it.
     """
     # What both directions would be like, for the processor to begin with before it knows the velocity's sign.
-    net_ahead = torque - dry(machine, 1.0, weight, motor)
-    net_back = torque + dry(machine, -1.0, weight, motor)
+    net_ahead = torque - dry(machine, 1.0, weight, loads)
+    net_back = torque + dry(machine, -1.0, weight, loads)
     if velocity == 0:
         direction = direction_of(velocity, torque)
-        if abs(torque) <= dry(machine, direction, REST, motor) or (net_ahead <= 0 <= net_back):
+        if abs(torque) <= dry(machine, direction, REST, loads) or (net_ahead <= 0 <= net_back):
             return 0.0, 0.0, step
     else:
         direction = 1.0 if velocity > 0 else -1.0

@@ -118,19 +118,21 @@ def _step(
     middle = velocity
     if not fast:
         motor = commanded(machine, tables, heights, given, position, velocity, velocity)
-        _, after, _ = advance(machine, velocity, motor + other, weight, motor, ahead, back, machine.inertia, step, True)
+        loads = motor, on_load(machine, position) + given[4]
+        _, after, _ = advance(machine, velocity, motor + other, weight, loads, ahead, back, machine.inertia, step, True)
         middle = 0.5 * (velocity + after)
         weight = weight_at(machine, middle)
     halfway = position + 0.5 * step * middle
     motor = commanded(machine, tables, heights, given, halfway, middle, middle)
-    other = on_motor(machine, tables, heights, halfway, middle, time) + on_load(machine, halfway) + given[4]
+    loads = motor, on_load(machine, halfway) + given[4]
+    other = on_motor(machine, tables, heights, halfway, middle, time) + loads[1]
     torque = motor + other
     distance, velocity, used = advance(
-        machine, velocity, torque, weight, motor, ahead, back, machine.inertia, step, True
+        machine, velocity, torque, weight, loads, ahead, back, machine.inertia, step, True
     )
     position += distance
     if used < step:  # came to rest: held for the remaining time, or driven back
         weight, left = weight_at(machine, 0.0), step - used
-        distance, velocity, _ = advance(machine, 0.0, torque, weight, motor, ahead, back, machine.inertia, left, False)
+        distance, velocity, _ = advance(machine, 0.0, torque, weight, loads, ahead, back, machine.inertia, left, False)
         position += distance
     return position, velocity, weight, other

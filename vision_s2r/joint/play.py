@@ -33,6 +33,7 @@ def play_step(
     v_motor, v_load, twist, position, side = state
     inertia = half(machine.inertia)
     edge = 0.5 * machine.backlash_width
+    pressed, free = (motor, load_torque), (motor, 0.0)
     left = step
     held = False  # the contact lasts to the end of the step
     for event in range(EVENTS):
@@ -43,7 +44,7 @@ def play_step(
                 v_motor,
                 motor_torque + load_torque,
                 weight,
-                motor,
+                pressed,
                 joined[0],
                 joined[1],
                 machine.inertia,
@@ -58,7 +59,7 @@ def play_step(
             v_motor = v_load = after
         else:
             distance, after, used = advance(
-                machine, v_motor, motor_torque, weight, motor, alone[0], alone[1], inertia, left, whole
+                machine, v_motor, motor_torque, weight, free, alone[0], alone[1], inertia, left, whole
             )
             fall = used * (v_load + 0.5 * used * load_torque / inertia)
             end = twist + distance - fall
@@ -66,7 +67,7 @@ def play_step(
                 side = 1.0 if end > 0 else -1.0
                 used = impact_time(edge - side * twist, side * (v_motor - v_load), edge - side * end, used)
                 distance, after, _ = advance(
-                    machine, v_motor, motor_torque, weight, motor, alone[0], alone[1], inertia, used, False
+                    machine, v_motor, motor_torque, weight, free, alone[0], alone[1], inertia, used, False
                 )
                 position += used * (v_load + 0.5 * used * load_torque / inertia)
                 twist = side * edge
@@ -101,5 +102,6 @@ def play_velocities(
     ahead, back = joined if touching else alone
     inertia = machine.inertia if touching else half(machine.inertia)
     torque = motor_torque + load_torque if touching else motor_torque
-    after = advance(machine, state[0], torque, weight, motor, ahead, back, inertia, step, True)[1]
+    loads = motor, load_torque if touching else 0.0
+    after = advance(machine, state[0], torque, weight, loads, ahead, back, inertia, step, True)[1]
     return after, after if touching else state[1] + step * load_torque / inertia

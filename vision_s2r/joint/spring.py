@@ -79,12 +79,12 @@ def spring_velocities(
 ) -> tuple[float, float]:
     """Velocities of motor and load after a step in which the spring touches all the time, or not at all."""
     v_motor, v_load, twist, _, _ = state
-    side = _side(machine, state)
+    side, loads = _side(machine, state), (motor, load_torque)
     response = responses[0 if side != 0 or machine.backlash_width == 0 else 1]
     twist -= side * 0.5 * machine.backlash_width
     direction = direction_of(v_motor, motor_torque)
     extra = (damping[0] if direction > 0 else damping[1]) - machine.viscous_damping
-    pushed = motor_torque - direction * dry(machine, direction, weight, motor) - extra * v_motor
+    pushed = motor_torque - direction * dry(machine, direction, weight, loads) - extra * v_motor
     after = _respond(response, 0, v_motor, v_load, twist, pushed, load_torque)
     load = _respond(response, 1, v_motor, v_load, twist, pushed, load_torque)
     return after if direction * after > 0 else 0.0, load
@@ -119,25 +119,25 @@ def _piece(
     response = free if side == 0 and machine.backlash_width > 0 else engaged
     offset = side * 0.5 * machine.backlash_width
     twist -= offset
-    gain = response[0, 3]
+    gain, loads = response[0, 3], (motor, load_torque)
     direction = direction_of(v_motor, motor_torque)
     extra = (damping[0] if direction > 0 else damping[1]) - machine.viscous_damping  # beside what `response` knows
     if extra != 0 and v_motor != 0:  # as a torque, at the velocity in the middle of the step
         after = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
-        after -= gain * direction * dry(machine, direction, weight, motor)
+        after -= gain * direction * dry(machine, direction, weight, loads)
         motor_torque -= extra * 0.5 * (v_motor + after) / (1 + 0.5 * gain * extra)
     ahead = _respond(response, 0, v_motor, v_load, twist, motor_torque, load_torque)
     hold = (ahead - response[0, 0] * v_motor) / gain  # the friction that would keep a resting motor at rest
-    stuck = abs(hold) <= dry(machine, direction_of(0.0, hold), REST, motor)
+    stuck = abs(hold) <= dry(machine, direction_of(0.0, hold), REST, loads)
     if v_motor == 0:
         direction = direction_of(0.0, hold)
-        friction = hold if stuck else direction * dry(machine, direction, weight, motor)
+        friction = hold if stuck else direction * dry(machine, direction, weight, loads)
     else:
-        friction = direction * dry(machine, direction, weight, motor)
+        friction = direction * dry(machine, direction, weight, loads)
         after = ahead - gain * friction
         if direction * after < 0:  # it comes to rest on the way
             stuck = stuck or direction * hold > 0
-            back = -direction * dry(machine, -direction, REST, motor)
+            back = -direction * dry(machine, -direction, REST, loads)
             share = v_motor / (v_motor - after)
             friction = ahead / gain if stuck else friction * share + back * (1 - share)
         else:

@@ -92,6 +92,7 @@ class ArmDrives:
             self._acting,
             self._points,
             np.stack([data.qpos[self._at], data.qvel[self._degree]], axis=1),
+            -data.qfrc_bias[self._degree],
             (time, self._timestep),
             Tables().array(),
             out,
@@ -121,6 +122,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         acting: np.ndarray,  # [J] rows of the commands that act
         points: np.ndarray,  # [J, 2] set points and their rates
         states: np.ndarray,  # [J, 2] positions and velocities now
+        bodies: np.ndarray,  # [J] torques that weight and motion of the bodies put on the joints
         step: tuple[float, float],  # where it begins, and how long it is
         tables: np.ndarray,
         out: np.ndarray,  # [J, 3] torque, dry friction, viscous damping
@@ -134,11 +136,12 @@ def _compile(sources: str) -> Callable[..., Any]:
             acting[j], _, points[j, 0], points[j, 1] = cursor
             position, velocity = states[j, 0], states[j, 1]
             motor = commanded(machine, tables, none, given, position, velocity, velocity)
-            other = on_motor(machine, tables, none, position, velocity, step[0]) + on_load(machine, position)
+            load = on_load(machine, position)
+            other = on_motor(machine, tables, none, position, velocity, step[0]) + load
             forward = velocity > 0 or (velocity == 0 and motor + other > 0)
             direction = 1.0 if forward else -1.0
             out[j, 0] = motor + other
-            out[j, 1] = dry(machine, direction, weight_at(machine, velocity), motor)
+            out[j, 1] = dry(machine, direction, weight_at(machine, velocity), (motor, load + bodies[j]))
             out[j, 2] = viscous(machine, direction, step[0])
 
     return act
