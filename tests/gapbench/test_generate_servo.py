@@ -30,6 +30,7 @@ SEVERE = {
     "acceleration_limit": {"value": 25.0},
     "stribeck_friction": {"static": 0.3, "velocity": 0.3},
     "load_dependent_friction": {"coefficient": 0.1},
+    "external_load_friction": {"coefficient": 0.2},
     "backlash": {"width": 0.03},
     "torque_saturation": {"limit": 2.0},
     "torque_speed_limit": {"stall": 4.0, "no_load_speed": 8.0},

@@ -1,8 +1,11 @@
 """BAM's friction models: the same pendulum as ours where both have it, and found where they differ."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from vision_s2r import diagnose
 from vision_s2r.hardware import bam
 from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording, split
@@ -35,10 +38,15 @@ def values(model, **given):
     return bam.packed(model, np.array([(bam.NEUTRAL | given).get(name, 0.0) for name in bam.MODELS[model]]))
 
 
-def test_it_swings_as_our_simulator_does_under_coulomb_friction():
-    recording, _ = pendulum("M1", 1e-4, coulomb=0.1, viscous=0.05, back_emf=0.6)
+GEARS = {"load_dependent_friction": {"coefficient": 0.1}, "external_load_friction": {"coefficient": 0.25}}
+
+
+@pytest.mark.parametrize("gears", [{}, GEARS])
+def test_it_swings_as_our_simulator_does_under_dry_friction(gears):
+    loaded = {"motor": 0.1, "external": 0.25} if gears else {}
+    recording, _ = pendulum("M5", 1e-4, coulomb=0.1, viscous=0.05, back_emf=0.6, **loaded)
     effects = {"viscous_damping": {"value": 0.05}, "coulomb_friction": {"value": 0.1}, "back_emf": {"value": 0.6}}
-    machine = pack(NominalJoint(**NOMINAL), effects)[None]
+    machine = pack(NominalJoint(**NOMINAL), effects | gears)[None]
     ours = simulate(machine, recording.command, np.zeros((3, 2)), 0.02, substeps=20)[0][..., 0]
     assert np.ptp(ours) > 1.0 and np.abs(ours - recording.position).max() < 1e-3
 
@@ -50,6 +58,15 @@ def test_friction_that_grows_with_load_is_found_by_the_model_that_has_it(monkeyp
     seen, unseen = split(recording, [0, 1]), split(recording, [2])
     (m1,), (m3,) = (bam.errors(bam.logs_of(unseen), bam.fit(model, seen)) for model in ("M1", "M3"))
     assert m3 < 1e-3 < 5e-3 < m1
+
+
+def test_gears_that_the_load_presses_are_what_the_diagnosis_names():
+    recording, _ = pendulum("M5", 1e-4, coulomb=0.1, viscous=0.05, back_emf=0.6, external=0.25)
+    noise = 2e-4 * np.random.default_rng(0).standard_normal(recording.position.shape)
+    nominal = NOMINAL | {"viscous_damping": 0.05, "coulomb_friction": 0.1, "back_emf": 0.6}
+    report = diagnose(replace(recording, nominal=nominal, position=recording.position + noise))
+    assert [effect.name for effect in report.effects] == ["external_load_friction"]
+    assert report.effects[0].parameters["coefficient"].value == pytest.approx(0.25, rel=0.02)
 
 
 @pytest.mark.parametrize(("motor", "external", "expected"), [(2.0, 1.0, 0.3), (2.0, -1.0, 0.5 + 0.2), (1.0, -2.0, 0.5)])

@@ -55,7 +55,8 @@ def reference(nominal, effects, times, target, external=None, scale=None):
     """Semi-implicit Euler in steps of FINE, one mass; friction is clamped to what stops the joint."""
     n, e = nominal, {name: effects.get(name, {}) for name in (*effects, "latency", "deadband", "stribeck_friction")}
     e |= {name: effects.get(name, {}) for name in ("velocity_limit", "acceleration_limit", "encoder_quantization")}
-    e |= {name: effects.get(name, {}) for name in ("load_dependent_stribeck", "load_dependent_friction")}
+    loaded = ("load_dependent_stribeck", "load_dependent_friction", "external_load_friction")
+    e |= {name: effects.get(name, {}) for name in loaded}
     q = v = place = rate = 0.0
     rows, times = [], times - times[0]
     delay, dead = e["latency"].get("delay", 0.0), e["deadband"].get("width", 0.0) / 2
@@ -86,13 +87,14 @@ def reference(nominal, effects, times, target, external=None, scale=None):
         if e["stribeck_friction"]:
             s = e["stribeck_friction"]
             dry += (s["static"] - dry) * math.exp(-((v / s["velocity"]) ** 2))
-        dry += e["load_dependent_friction"].get("coefficient", 0.0) * abs(motor)
+        load = 0.0 if external is None else external[now[k]]
+        load -= n.gravity_torque * math.sin(q - offset["value"]) + n.bias_torque
+        pressed = e["load_dependent_friction"].get("coefficient", 0.0) * motor
         if e["load_dependent_stribeck"]:
             s = e["load_dependent_stribeck"]
-            dry += s["coefficient"] * abs(motor) * math.exp(-((v / s["velocity"]) ** 2))
-        torque = motor - n.gravity_torque * math.sin(q - offset["value"]) - n.bias_torque
-        torque += 0.0 if external is None else external[now[k]]
-        free = v + FINE * (torque - n.viscous_damping * v) / n.inertia
+            pressed += s["coefficient"] * motor * math.exp(-((v / s["velocity"]) ** 2))
+        dry += abs(pressed - e["external_load_friction"].get("coefficient", 0.0) * load)
+        free = v + FINE * (motor + load - n.viscous_damping * v) / n.inertia
         stop = FINE * dry / n.inertia
         v = 0.0 if abs(free) <= stop else free - math.copysign(stop, free)
         q += FINE * v
@@ -127,6 +129,10 @@ CASES = {
         "stribeck_friction": {"static": 0.12, "velocity": 0.3},
         "load_dependent_friction": {"coefficient": 0.05},
         "load_dependent_stribeck": {"coefficient": 0.1, "velocity": 0.2},
+    },
+    "gears between two torques": {
+        "load_dependent_friction": {"coefficient": 0.1},
+        "external_load_friction": {"coefficient": 0.25},
     },
     "zero": {"position_offset": {"value": 0.4}},
 }

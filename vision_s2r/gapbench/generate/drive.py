@@ -28,6 +28,7 @@ class DriveModel(NamedTuple):
     static: float = -1.0  # < 0: no Stribeck friction
     stribeck_velocity: float = 1.0
     load_friction: float = 0.0
+    external_friction: float = 0.0
     width: float = 0.0
     limit: float = INF
     stall: float = INF
@@ -156,6 +157,17 @@ def _motor_torque(t: float, y: State, command: float, p: DriveModel) -> float:
 
 
 @njit(cache=True)
+def _on_load(y: State, p: DriveModel) -> float:
+    """Torque on the load's side, N·m."""
+    over = max(y[2] - p.stop, 0.0) - max(-y[2] - p.stop, 0.0)
+    spring = p.spring * y[2] + p.cubic * y[2] ** 3 + p.stop_stiffness * over
+    if p.cable > 0:
+        spring += p.cable * max(y[2] - p.cable_start, 0.0)
+    gravity = p.gravity_torque * np.sin(y[2] - p.position_offset) if p.gravity_torque != 0 else 0.0
+    return -gravity - p.bias_torque - spring
+
+
+@njit(cache=True)
 def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveModel) -> float:
     """Size of the dry friction against motion in this direction, N·m."""
     level = p.coulomb_friction
@@ -174,7 +186,10 @@ def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveM
         level *= 1 + p.runout * np.sin(y[0] + p.runout_phase)
     if t < p.brake_time:
         level += p.brake
-    return max(level + p.load_friction * abs(torque) + direction * p.coulomb_asymmetry, 0.0)
+    pressed = p.load_friction * torque
+    if p.external_friction > 0:
+        pressed -= p.external_friction * _on_load(y, p)
+    return max(level + abs(pressed) + direction * p.coulomb_asymmetry, 0.0)
 
 
 @njit(cache=True)
@@ -189,17 +204,6 @@ def _on_motor(t: float, y: State, direction: float, torque: float, p: DriveModel
     if p.disturbance > 0:
         total += p.disturbance * np.sin(2 * np.pi * p.disturbance_frequency * t + p.disturbance_phase)
     return total
-
-
-@njit(cache=True)
-def _on_load(y: State, p: DriveModel) -> float:
-    """Torque on the load's side, N·m."""
-    over = max(y[2] - p.stop, 0.0) - max(-y[2] - p.stop, 0.0)
-    spring = p.spring * y[2] + p.cubic * y[2] ** 3 + p.stop_stiffness * over
-    if p.cable > 0:
-        spring += p.cable * max(y[2] - p.cable_start, 0.0)
-    gravity = p.gravity_torque * np.sin(y[2] - p.position_offset) if p.gravity_torque != 0 else 0.0
-    return -gravity - p.bias_torque - spring
 
 
 @njit(cache=True)

@@ -158,7 +158,7 @@ ACTUATOR = {
 LIBRARY = DYNAMICS | ACTUATOR
 
 # Combinations that the vocabulary leaves open (which inertia carries the cogging, what drifts of an asymmetric
-# damping, from which level a static friction decays), or that are one thing but for noise.
+# damping, from which level a static friction decays, what presses the gears of two masses), or that are one thing but for noise.
 _APART = [
     {"backlash", "compliance"},
     {"cogging", "backlash"},
@@ -166,6 +166,8 @@ _APART = [
     {"stribeck_friction", "asymmetric_friction"},
     {"thermal_drift", "asymmetric_friction"},
     {"asymmetric_friction", "bias_torque"},
+    {"external_load_friction", "backlash"},
+    {"external_load_friction", "compliance"},
 ]
 
 

@@ -63,6 +63,10 @@ def _acceleration_limit(nominal: DriveModel, scale: Scale, rng: np.random.Genera
     return lambda x: {"acceleration_limit": 0.1 * fastest / x}
 
 
+def _external_friction(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    return lambda x: {"external_friction": 0.5 * x if nominal.gravity_torque else 0.0}
+
+
 OF_SERVOS = {
     "proportional_gain": KnownEffect(_gain("proportional_gain"), {"value": "proportional_gain"}, (), "dynamics"),
     "derivative_gain": KnownEffect(_gain("derivative_gain"), {"value": "derivative_gain"}, (), "dynamics"),
@@ -71,8 +75,9 @@ OF_SERVOS = {
     "velocity_limit": KnownEffect(_velocity_limit, {"value": "velocity_limit"}),
     "acceleration_limit": KnownEffect(_acceleration_limit, {"value": "acceleration_limit"}),
 }
+UNDER_WEIGHT = {"external_load_friction": KnownEffect(_external_friction, {"coefficient": "external_friction"})}
 # A torque constant is one with the gains; what servos alone have goes first.
-SERVO_LIBRARY = OF_SERVOS | {name: effect for name, effect in LIBRARY.items() if name != "torque_constant"}
+SERVO_LIBRARY = OF_SERVOS | UNDER_WEIGHT | {name: effect for name, effect in LIBRARY.items() if name != "torque_constant"}
 LEAST = {"velocity_limit": 0.13, "acceleration_limit": 0.1}  # intensities: no limits beyond what the servo can do
 _SETTERS = [{"velocity_limit", "acceleration_limit"}, {"position_offset", "bias_torque"}]
 
