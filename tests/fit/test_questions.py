@@ -24,6 +24,12 @@ def test_candidates_that_together_settle_most():
     assert settled([0, 1], questions, frozenset()) == " It tells nominal values from lag (25 nats) and would show play."
 
 
+def test_rivals_are_said_once_and_only_those_that_are_told_apart():
+    rivals = [("lag", 25.0), ("gain", 1e-6), ("lag", 3.0), ("play", 40.0)]
+    questions = [Question(name, True, np.array([nats])) for name, nats in rivals]
+    assert settled([0], questions, frozenset()) == " It tells nominal values from lag (3 nats), from play (40 nats)."
+
+
 def test_what_is_open_is_said_in_words():
     assert told_by(frozenset({"play", "lag"}), frozenset({"lag"})) == "play"
     assert told_by(frozenset(), frozenset({"lag", "play"})) == "without lag and without play"

@@ -8,6 +8,7 @@ import numpy as np
 from vision_s2r.fit.case import Names
 
 DECISIVE = 20.0  # nats that settle a question
+TOLD = 1.0  # nats, below which two rivals are said to be told apart by nothing
 WISHES = 4  # that are said
 LEAST = 0.05  # of a question, about, that one more experiment should settle
 
@@ -65,12 +66,13 @@ def settled(chosen: Sequence[int], questions: Sequence[Question], base: Names) -
 
     `base`: the names of the hypothesis, that rivals are told from.
     """
+    told: dict[str, float] = {}  # by rival; of several of one name, what is told at least
+    for question in questions:
+        if question.rival:
+            told[question.name] = min(float(question.nats[list(chosen)].sum()), told.get(question.name, np.inf))
     own = ", ".join(sorted(base)) or "nominal values"
-    parts = [
-        f"tells {own} from {question.name} ({question.nats[list(chosen)].sum():.2g} nats)"
-        for question in questions
-        if question.rival
-    ]
+    rivals = [f"{name} ({nats:.2g} nats)" for name, nats in told.items() if nats >= TOLD]
+    parts = [f"tells {own} from {', from '.join(rivals)}"] if rivals else []
     names = shown(chosen, questions)
     parts += [f"would show {', '.join(names)}"] if names else []
     return f" It {' and '.join(parts)}." if parts else ""

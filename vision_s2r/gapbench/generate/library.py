@@ -158,7 +158,8 @@ ACTUATOR = {
 LIBRARY = DYNAMICS | ACTUATOR
 
 # Combinations that the vocabulary leaves open (which inertia carries the cogging, what drifts of an asymmetric
-# damping, from which level a static friction decays, what presses the gears of two masses), or that are one thing but for noise.
+# damping, from which level a static friction decays, what presses the gears of two masses), or that are one thing but
+# for noise.
 _APART = [
     {"backlash", "compliance"},
     {"cogging", "backlash"},

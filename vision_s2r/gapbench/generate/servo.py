@@ -77,7 +77,7 @@ OF_SERVOS = {
 }
 UNDER_WEIGHT = {"external_load_friction": KnownEffect(_external_friction, {"coefficient": "external_friction"})}
 # A torque constant is one with the gains; what servos alone have goes first.
-SERVO_LIBRARY = OF_SERVOS | UNDER_WEIGHT | {name: effect for name, effect in LIBRARY.items() if name != "torque_constant"}
+SERVO_LIBRARY = OF_SERVOS | UNDER_WEIGHT | {name: LIBRARY[name] for name in LIBRARY if name != "torque_constant"}
 LEAST = {"velocity_limit": 0.13, "acceleration_limit": 0.1}  # intensities: no limits beyond what the servo can do
 _SETTERS = [{"velocity_limit", "acceleration_limit"}, {"position_offset", "bias_torque"}]
 
