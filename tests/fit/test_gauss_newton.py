@@ -8,6 +8,7 @@ import pytest
 from scipy.optimize import least_squares
 
 from vision_s2r.fit.gauss_newton import Damping, damped_step, descend
+from vision_s2r.fit.least_squares import solved
 
 T = np.linspace(0, 3, 60)
 RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf))
@@ -60,3 +61,13 @@ def test_what_shows_nothing_stays_and_no_step_is_longer_than_its_limit() -> None
     problem = Squares(lambda x: np.array([x[0] - 3]))
     here = descend(problem, problem.at(np.zeros(1)), 2, Damping(first=0.0), limits=np.array([0.5]))
     assert here.point == pytest.approx([1.0])
+
+
+def test_least_squares_are_the_shortest_that_are_nearest():
+    rng = np.random.default_rng(0)
+    matrix, target = rng.standard_normal((9, 4)), rng.standard_normal((9, 2))
+    np.testing.assert_allclose(solved(matrix, target, 1e-9), np.linalg.lstsq(matrix, target)[0], atol=1e-12)
+    twice = np.c_[matrix, matrix[:, 0]]  # what two columns do alike they share
+    found = solved(twice, target[:, 0], 1e-9)
+    assert found[0] == pytest.approx(found[4]) and 2 * found[0] == pytest.approx(solved(matrix, target[:, 0], 1e-9)[0])
+    assert solved(np.zeros((0, 3)), np.zeros(0), 1e-9).tolist() == [0.0, 0.0, 0.0]

@@ -8,6 +8,8 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from vision_s2r.fit.least_squares import solved
+
 
 class State(Protocol):
     """Where a descent is; whatever else the problem wants to remember of it."""
@@ -55,7 +57,7 @@ def damped_step(curvature: np.ndarray, slope: np.ndarray, damping: float) -> np.
     step = np.zeros(len(slope))
     scaled = curvature[np.ix_(free, free)] / scale[free] / scale[free, None]
     damped = scaled + damping * np.eye(len(free))
-    step[free] = np.linalg.lstsq(damped, slope[free] / scale[free], rcond=1e-12)[0] / scale[free]
+    step[free] = solved(damped, slope[free] / scale[free], 1e-12) / scale[free]
     return step
 
 

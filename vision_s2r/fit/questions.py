@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.fit.case import Names
+from vision_s2r.fit.least_squares import solved
 
 DECISIVE = 20.0  # nats that settle a question
 TOLD = 1.0  # nats, below which two rivals are said to be told apart by nothing
@@ -29,7 +30,7 @@ def apart(change: np.ndarray, slopes: np.ndarray) -> float:
     """
     basis = np.nan_to_num(slopes).reshape(len(slopes), change.size).T
     basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
-    rest = change - basis @ np.linalg.lstsq(basis, change, rcond=1e-9)[0]
+    rest = change - basis @ solved(basis, change, 1e-9)
     return 0.5 * float(rest @ rest)
 
 

@@ -12,6 +12,7 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.joint.track import JointTrack
+from vision_s2r.fit.least_squares import solved
 from vision_s2r.fit.likelihood import influence, profile
 from vision_s2r.fit.maximum_likelihood import Data, Fitted, costs, minimize
 from vision_s2r.fit.selection import SCALE, Fitter
@@ -134,7 +135,7 @@ class JointFitter(Fitter[JointSpace]):
         moved = ((self.observer.residuals(space, there[None], data.episodes) - now) * weight).ravel()
         basis = (slopes * weight).reshape(before.size, weight.size).T
         basis = basis / np.maximum(np.linalg.norm(basis, axis=0), 1e-300)
-        rest = moved - basis @ np.linalg.lstsq(basis, moved, rcond=1e-9)[0]
+        rest = moved - basis @ solved(basis, moved, 1e-9)
         return 0.5 * float(rest @ rest)
 
     def finish(self, space: JointSpace, data: Data, point: np.ndarray, iterations: int | None = None) -> Hypothesis:
@@ -226,7 +227,7 @@ class JointFitter(Fitter[JointSpace]):
         others = [k for k in range(space.size) if space.owner[k] != name]
         size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300
         scaled = basis / size
-        answer = np.linalg.lstsq(scaled @ scaled.T, scaled @ after.T, rcond=1e-9)[0]
+        answer = solved(scaled @ scaled.T, scaled @ after.T, 1e-9)
         moved[:, others] -= (answer / size).T
         return np.concatenate([points, np.clip(moved, space.low, space.high)])
 
