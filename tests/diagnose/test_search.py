@@ -84,6 +84,14 @@ def test_a_small_effect_is_named_where_the_rest_is_its_own_and_not_where_only_no
     assert any("closes less" in line.get("reason", "") for line in slight["candidates"])
 
 
+def test_an_effect_that_closes_little_is_not_ruled_out_where_something_is_left() -> None:
+    others = frozenset({"curve", "late_step"})
+    found = diagnosed(recording(7, wave=10.0, step=0.2, curve=0.3), withheld=others)
+    line = next(line for line in found["candidates"] if line["name"] == "step")
+    assert found["verdict"] == "partly_explained" and names(found) == {"wave"}
+    assert line["status"] == "undecided" and "closes less" in line["reason"] and line["evidence"] > 100
+
+
 def test_where_the_gap_is_noise_a_share_that_may_be_nothing_gets_no_name() -> None:
     for seed in range(6):
         found = diagnosed(recording(seed, wave=0.02))

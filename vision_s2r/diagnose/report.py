@@ -15,6 +15,9 @@ from vision_s2r.report.reading import FORMAT
 ALTERNATIVES = 3
 OPEN = ("partly_explained", "unexplained")  # verdicts that leave a part of the gap
 OF_EFFECT = 2  # places of each named effect
+SLIGHT = (
+    f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do about as well without it"
+)
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
 MORE = "Record more of it, under conditions that differ more from each other than these."
 
@@ -159,7 +162,9 @@ def _candidates(
     Where something is left, an effect that would explain some of it is neither present nor ruled out.
     """
     found, final = settled.found, settled.found.final
-    undecided = _undecided(case, assessor, settled) if said in OPEN else {}
+    undecided: dict[str, float] = {}
+    if said in OPEN:
+        undecided = dict.fromkeys(settled.slight, -np.inf) | _undecided(case, assessor, settled)
     absent = [name for name in case.library if name not in final.names and name not in case.not_excited]
     untried = [name for name in absent if final.names | {name} not in assessor.assessed]
     screened = case.screen(final.hypothesis, untried)
@@ -170,16 +175,13 @@ def _candidates(
             line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
         elif name in case.not_excited:
             line |= {"status": "not_excited", "reason": case.not_excited[name]}
-        elif name in settled.slight:
-            line |= {
-                "reason": f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do "
-                "about as well without it"
-            }
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
             rivals += [found.effects & case.guessed] if name in settled.vague else []
+            if name in settled.slight:
+                line["reason"] = SLIGHT
             if any(rivals):
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
             elif name in undecided or (said in OPEN and line["evidence"] > assessor.cfg.evidence):
