@@ -65,7 +65,7 @@ def told_by(rival: Names, base: Names) -> str:
 def settled(chosen: Sequence[int], questions: Sequence[Question], base: Names) -> str:
     """What the candidates would settle, in a sentence that begins with a blank; none for nothing.
 
-    `base`: the names of the hypothesis, that rivals are told from.
+    `base`: what the hypothesis has, that rivals are told from.
     """
     told: dict[str, float] = {}  # by rival; of several of one name, what is told at least
     for question in questions:

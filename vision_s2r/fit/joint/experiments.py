@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vision_s2r.fit.case import Experiment, Hypothesis, Names
+from vision_s2r.fit.joint.discrepancy import MEANINGS
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.space import JointSpace
@@ -96,7 +97,8 @@ def experiment(
         if chosen:
             fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
             text = _told([list(candidates)[k] for k in chosen], fast)
-            sentences.append(text + settled(chosen, questions, names_of(base)))
+            own = frozenset(MEANINGS.get(name, name) for name in names_of(base) - frozenset(DYNAMICS))
+            sentences.append(text + settled(chosen, questions, own))
             columns = _columns(commands[chosen], design)
             told = set(shown(chosen, questions))
     wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
