@@ -13,6 +13,7 @@ from vision_s2r.fit.camera.light import STEADY, Lit
 from vision_s2r.fit.camera.prediction import Pictures, Stages, chosen, without_encoder
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gauss_newton import Damping, descend
+from vision_s2r.fit.least_squares import solved
 
 # An iteration that moves no coordinate by 0.02 of its step, or gains 2e-6 nats a pixel, is the last.
 _RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf), gain=2e-6, move=0.02)
@@ -139,8 +140,8 @@ class Beside:
         if len(matrix):
             across = (self.slopes @ weighed).double().numpy()
             inner = matrix + 1e-9 * np.eye(len(matrix)) * max(matrix.diagonal().max(), curvature)
-            solved = np.linalg.lstsq(inner, np.c_[self.own.vector, across])[0]
-            slope, curvature = slope - across @ solved[:, 0], curvature - across @ solved[:, 1]
+            beside = solved(inner, np.c_[self.own.vector, across], 1e-12)
+            slope, curvature = slope - across @ beside[:, 0], curvature - across @ beside[:, 1]
         told = curvature > 1e-9 * max(whole, 1e-12) and np.isfinite(slope) and not (one_sided and slope < 0)
         return float(0.5 * slope**2 / curvature) if told else 0.0
 

@@ -93,7 +93,7 @@ def _sandwich(matrix: np.ndarray, scores: np.ndarray) -> np.ndarray:
 def _inverse(matrix: np.ndarray) -> np.ndarray:
     """Of the pooled curvature, from that [N, P, P] of each frame."""
     whole = matrix.sum(0)
-    return np.linalg.pinv(whole + 1e-9 * np.eye(len(whole)) * whole.diagonal().max())
+    return np.linalg.pinv(whole + 1e-9 * np.eye(len(whole)) * whole.diagonal().max(), hermitian=True)
 
 
 def _other_lamps(pictures: Pictures) -> list[Pictures]:

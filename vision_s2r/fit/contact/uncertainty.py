@@ -103,4 +103,6 @@ def at_bound(fitter: ContactFitter, hypothesis: Hypothesis, name: str) -> bool:
 
 def _inverse(whole: np.ndarray) -> np.ndarray:
     scale = np.sqrt(np.diag(whole)) + 1e-300
-    return np.asarray(np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None])
+    return np.asarray(
+        np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12, hermitian=True) / scale / scale[:, None]
+    )

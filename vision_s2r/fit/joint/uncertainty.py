@@ -56,7 +56,7 @@ class BlockScores:
         whole = self.curvature.sum(axis=0) + self.stiffness
         scale = np.sqrt(np.diag(whole))
         scale[scale < 1e-150] = 1.0  # what nothing shows, such as a knot that no sample is near
-        return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12) / scale / scale[:, None]
+        return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12, hermitian=True) / scale / scale[:, None]
 
 
 def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:

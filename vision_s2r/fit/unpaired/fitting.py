@@ -8,6 +8,7 @@ import numpy as np
 from vision_s2r.fit.camera.effect import Optics
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gauss_newton import Damping, descend
+from vision_s2r.fit.least_squares import solved
 from vision_s2r.fit.unpaired.scatter import Scatter
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
 from vision_s2r.fit.unpaired.space import pack, shown, smooth, starts, stepped, steps, unpack
@@ -84,7 +85,7 @@ class UnpairedFitter:
         if smooth(name):
             trial = dict(values) | {name: starts(name, self.optics.width)[0]}
             columns, _, _ = self.slopes(trial, [name])
-            moved = np.linalg.lstsq(*self.equations(columns, difference, free), rcond=None)[0]
+            moved = solved(*self.equations(columns, difference, free), 1e-12)
             return now - self.loss(difference - columns @ moved, free)
         started = self._started(target, free, dict(values), name)
         return max(now - self.loss(target - self.like(started, values), free), 0.0)

@@ -6,6 +6,7 @@ import numpy as np
 
 from vision_s2r.fit.camera.effect import Optics, of_stage
 from vision_s2r.fit.case import Names, Values
+from vision_s2r.fit.least_squares import solved
 from vision_s2r.fit.unpaired.fitting import UnpairedFitter
 from vision_s2r.fit.unpaired.scatter import scatter, tolerance
 from vision_s2r.fit.unpaired.simulated import BASE_NOISE, SimulatedSet
@@ -102,7 +103,7 @@ def _eliminated(fitter: UnpairedFitter, target: np.ndarray, values: Values) -> l
     def loss(names: set[str]) -> float:
         away = sum((lost[name] for name in kept - names), fitter.rest((target - fitter.mean(values))[None], free)[0])
         columns = np.concatenate([slopes[name] for name in sorted(names)] or [np.zeros((len(away), 1))], axis=1)
-        left = away - columns @ np.linalg.lstsq(columns, away, rcond=1e-6)[0]
+        left = away - columns @ solved(columns, away, 1e-6)
         return 0.5 * fitter.pictures * float(left @ left)
 
     names = set(kept)
