@@ -14,8 +14,8 @@ from vision_s2r.joint.effects.bias_torque import bias
 from vision_s2r.joint.effects.coulomb_friction import direction_of
 from vision_s2r.joint.effects.deadband import beyond
 from vision_s2r.joint.effects.encoder_quantization import rounded
-from vision_s2r.joint.effects.external_load_friction import pressed
 from vision_s2r.joint.effects.gravity_torque import gravity
+from vision_s2r.joint.effects.load_dependent_friction import load_friction
 from vision_s2r.joint.effects.proportional_gain import servo_command
 from vision_s2r.joint.effects.stribeck_friction import stribeck, stribeck_weight
 from vision_s2r.joint.effects.thermal_drift import drifted
@@ -134,7 +134,7 @@ def dry(machine: JointMachine, direction: float, weight: Weight, loads: Loads) -
     if not math.isnan(machine.stribeck_friction_static):
         friction = stribeck(friction, machine.stribeck_friction_static, weight[0])
     coefficient = machine.load_dependent_friction_coefficient + weight[1] * machine.load_dependent_stribeck_coefficient
-    return friction + pressed(coefficient * loads[0], machine.external_load_friction_coefficient * loads[1])
+    return friction + load_friction(coefficient * loads[0], machine.external_load_friction_coefficient * loads[1])
 
 
 @compiled

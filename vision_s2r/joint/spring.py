@@ -79,8 +79,9 @@ def spring_velocities(
 ) -> tuple[float, float]:
     """Velocities of motor and load after a step in which the spring touches all the time, or not at all."""
     v_motor, v_load, twist, _, _ = state
-    side, loads = _side(machine, state), (motor, load_torque)
-    response = responses[0 if side != 0 or machine.backlash_width == 0 else 1]
+    side = _side(machine, state)
+    touching = side != 0 or machine.backlash_width == 0
+    response, loads = responses[0 if touching else 1], (motor, load_torque if touching else 0.0)
     twist -= side * 0.5 * machine.backlash_width
     direction = direction_of(v_motor, motor_torque)
     extra = (damping[0] if direction > 0 else damping[1]) - machine.viscous_damping
@@ -116,10 +117,11 @@ def _piece(
     """A step in which the spring touches all the time or not at all."""
     v_motor, v_load, twist, position, _ = state
     side = _side(machine, (v_motor, v_load, twist + 0.5 * step * (v_motor - v_load), 0.0, 0.0))
-    response = free if side == 0 and machine.backlash_width > 0 else engaged
+    touching = side != 0 or machine.backlash_width == 0
+    response, loads = (engaged if touching else free), (motor, load_torque if touching else 0.0)
     offset = side * 0.5 * machine.backlash_width
     twist -= offset
-    gain, loads = response[0, 3], (motor, load_torque)
+    gain = response[0, 3]
     direction = direction_of(v_motor, motor_torque)
     extra = (damping[0] if direction > 0 else damping[1]) - machine.viscous_damping  # beside what `response` knows
     if extra != 0 and v_motor != 0:  # as a torque, at the velocity in the middle of the step

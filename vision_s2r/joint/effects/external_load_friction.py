@@ -1,7 +1,6 @@
 """Gears that a load presses rub harder, whatever the motor does."""
 
 from vision_s2r.effects import Parameter
-from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 
 
@@ -17,9 +16,3 @@ class ExternalLoadFriction(JointEffect):
     name = "external_load_friction"
     source = "actuator"
     parameters = (Parameter("coefficient", "", low=0.0, high=0.95, neutral=0.0, moderate=0.15),)
-
-
-@compiled
-def pressed(motor: float, load: float) -> float:
-    """Dry friction of gears between shares of the motor's torque and of the torque on the load."""
-    return abs(motor - load)

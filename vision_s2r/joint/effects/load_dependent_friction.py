@@ -15,6 +15,6 @@ class LoadDependentFriction(JointEffect):
 
 
 @compiled
-def load_friction(motor_torque: float, coefficient: float) -> float:
-    """Dry friction that the motor torque adds."""
-    return coefficient * abs(motor_torque)
+def load_friction(motor: float, load: float) -> float:
+    """Dry friction of gears between shares of the motor's torque and of the torque on the load."""
+    return abs(motor - load)
