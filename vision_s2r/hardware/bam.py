@@ -1,6 +1,6 @@
 """BAM's friction models of a servo that swings a load, on their own: rivals of the diagnosis, of other code than its.
 
-Duclusaud, Passault, Padois, Daney 2024, "Extended friction models for the physics simulation of servo actuators": M1 to
+Duclusaud, Passault, Padois and Ly 2024, "Extended friction models for the physics simulation of servo actuators": M1 to
 M6, each free run compared by its mean absolute error, its parameters searched for without gradients. Here by SciPy's
 differential evolution, RUNS runs of all logs for each model, and a descent from the best.
 """

@@ -11,7 +11,7 @@ class BackEmf(JointEffect):
 
     A drive that is off (`enabled` or `supply` is 0) leaves the windings open, and only b is left; where it is never off
     this is one with viscous damping, and what is believed of both tells them apart. It is K_t²/R at the joint, a data
-    sheet's stall torque over its speed without load (Duclusaud, Passault, Padois, Daney 2024:
+    sheet's stall torque over its speed without load (Duclusaud, Passault, Padois and Ly 2024:
     "Extended friction models for the physics simulation of servo actuators").
     """
 
