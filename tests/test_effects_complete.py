@@ -76,6 +76,9 @@ def _missing_of_joint() -> Iterator[str]:
         settings = fit.starts(track, row, residuals)
         if not settings or any(fitted and list(setting) != parameters for setting in settings):
             yield f"{name}: starts that do not set {parameters}"
+        space = JointSpace(frozenset({name}), track, 1e-4)
+        for end in (space.low, space.high) if fitted else ():  # it may be found there
+            pack(track.nominal, space.hypothesis(end, {}).values)  # raises where it cannot be
         if fit.plausible is not None:
             size = fit.plausible(track, row)
             if size is not None:

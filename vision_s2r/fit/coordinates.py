@@ -3,11 +3,12 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from vision_s2r.effects import Parameter
 from vision_s2r.fit.case import Hypothesis
 
 Setting = dict[str, float]  # an effect's parameters by name
@@ -32,6 +33,13 @@ class ParameterRange:
     def coded(self, value: float) -> float:
         """The coordinate of a value."""
         return math.log(max(value, 1e-300)) if self.log else value
+
+    def within(self, parameter: Parameter) -> "ParameterRange":
+        """The same range as far as the parameter may go."""
+        if self.above is not None:
+            return self
+        low, high = self.coded(parameter.low), self.coded(parameter.high)
+        return replace(self, low=max(self.low, low), high=min(self.high, high))
 
 
 def log(parameter: str, low: float, high: float, step: float = 0.003, prior: float = math.inf) -> ParameterRange:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.contact import COEFFICIENTS, Terms, column_of, pack
+from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS, Terms, column_of, pack
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.contact import effects as _effects  # noqa: F401  (fills CONTACT_FITS)
 from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
@@ -35,7 +35,7 @@ class ContactSpace(Coordinates):
     def __init__(self, names: frozenset[str], scales: ContactScales, terms: Mapping[str, Term]) -> None:
         self.effects = sorted(names - MEANINGS.keys(), key=lambda name: (name not in COEFFICIENTS, name))
         self.coordinates = [
-            ContactCoordinate(effect=name, **vars(each))
+            ContactCoordinate(effect=name, **vars(each.within(CONTACT_EFFECTS[name].parameter(each.parameter))))
             for name in self.effects
             for each in CONTACT_FITS[name].ranges(scales)
         ]
@@ -81,7 +81,9 @@ class ContactSpace(Coordinates):
         row = self.machines(point[None])[0]
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
-            values[c.effect][c.parameter] = float(row[c.column])
+            values[c.effect][c.parameter] = (
+                CONTACT_EFFECTS[c.effect].parameter(c.parameter).unrounded(float(row[c.column]))
+            )
         coefficients, at = {}, len(self.coordinates)
         for term in self.parts:
             coefficients[term.name] = point[at : at + term.size]

@@ -12,7 +12,7 @@ from vision_s2r.fit.joint import effects as _effects  # noqa: F401  (fills JOINT
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, Discrepancy
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.track import JointTrack
-from vision_s2r.joint import COLUMNS, DYNAMICS, Tables, pack
+from vision_s2r.joint import COLUMNS, DYNAMICS, JOINT_EFFECTS, Tables, pack
 
 INDEX = {column: k for k, column in enumerate(COLUMNS)}
 
@@ -44,7 +44,7 @@ class JointSpace(Coordinates):
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
         self.coordinates = [
-            JointCoordinate(effect=name, **vars(each))
+            JointCoordinate(effect=name, **vars(each.within(JOINT_EFFECTS[name].parameter(each.parameter))))
             for name in self.effects
             for each in JOINT_FITS[name].ranges(track, noise)
         ]
@@ -131,7 +131,9 @@ class JointSpace(Coordinates):
         row = self.machines(point[None])[0]
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
-            values[c.effect][c.parameter] = float(row[c.column])
+            values[c.effect][c.parameter] = (
+                JOINT_EFFECTS[c.effect].parameter(c.parameter).unrounded(float(row[c.column]))
+            )
         if self._grid is not None and "encoder_quantization" in values:
             values["encoder_quantization"] = dict(self._grid)
         discrepancies = {discrepancy.name: self.part(point[None], discrepancy)[0] for discrepancy in self.discrepancies}
