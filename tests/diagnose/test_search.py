@@ -10,8 +10,8 @@ from tests.diagnose.stand_in import CURVES, DISCREPANCIES, Curves, T, recording
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
-from vision_s2r.diagnose.search import COINCIDENCE, Search
-from vision_s2r.diagnose.simulator import _of, _with_causes, settle
+from vision_s2r.diagnose.search import COINCIDENCE, Found, Search
+from vision_s2r.diagnose.simulator import _of, _simulator, _with_causes, settle
 from vision_s2r.fit.case import Hypothesis, Names, Segments
 
 
@@ -180,6 +180,18 @@ def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     assert 0.3 < found["unexplained"]["share"] < 0.7
     guess = {"guessed": frozenset({"slope"}), "reach": 0.45}  # who knows how large anything is
     assert not diagnosed(recording(5, wave=0.5, other=other), **guess)["effects"]
+
+
+def test_effects_that_leave_no_more_without_the_unknown_are_in_the_simulator_as_they_are_without_it() -> None:
+    """Beside it they share their work with it, and a free run has nothing unknown."""
+    it = Curves(recording(1, wave=0.5, curve=0.4))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    base, effects, unknown = it.refitted, frozenset({"wave", "curve"}), frozenset(DISCREPANCIES)
+    bare, final = assessor.one(base), assessor.one(base | effects | unknown)
+    found = Found(final, bare, assessor.one(frozenset()), bare, effects, unknown, tuple(unknown), True)
+    simulator = _simulator(it, assessor, found, effects)
+    assert simulator.names == base | effects and simulator.error.mean() < 1.1 * it.noise**2
+    assert simulator.hypothesis.values["curve"]["size"] == pytest.approx(0.4, abs=0.05)
 
 
 def test_an_effect_whose_work_an_unknown_does_is_undecided_and_one_that_nothing_asks_for_is_absent() -> None:

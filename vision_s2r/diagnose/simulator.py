@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vision_s2r.diagnose.assess import SURE, Assessment, Assessor
-from vision_s2r.diagnose.search import COINCIDENCE, Found
+from vision_s2r.diagnose.search import COINCIDENCE, MOST, Found
 from vision_s2r.diagnose.shares import closed, held_out, reduced
 from vision_s2r.fit.case import Case, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
@@ -332,9 +332,11 @@ def _simulator(case: Case, assessor: Assessor, found: Found, firm: Names) -> Sim
         anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
         best = _better(_of(case, assessor, anew, anew.names), best)
         best = identified if effects <= frozenset(case.certain) else _better(identified, best)
-        if firm:
-            firmly = _of(case, assessor, found.final, found.final.names - found.unknown)
-            best = firmly if firmly.error.mean() < best.error.mean() else best
+        if firm:  # as they are beside the unknown; or fitted without it, where they leave about as little
+            anew = assessor.one(found.effects | found.identified.names, found.final.hypothesis)
+            alone = anew.rest <= MOST * max(found.final.rest, assessor.cfg.adequate)
+            fits = (found.final, anew) if alone else (found.final,)
+            best = min(best, *(_of(case, assessor, each, each.names - found.unknown) for each in fits), key=_left)
     return best if best.error.mean() < nominal.error.mean() else nominal
 
 
