@@ -72,12 +72,14 @@ class Settled:
 def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     """The simulator of a search's end, without names that do not matter or do harm."""
     slight: Names = frozenset()
+    whole: Simulator | None = None  # with all the names that do no harm
     while True:
         firm = _firm(assessor, found)
         simulator = _simulator(case, assessor, found, firm)
         harmful = found.effects - simulator.names - firm - _apart(case, simulator, firm)
         found = replace(found, effects=found.effects - harmful)
-        if idle := _idle(case, assessor, found, simulator, firm):
+        whole = whole or simulator
+        if idle := _idle(case, assessor, found, simulator, firm, whole):
             found, slight = _without(assessor, found, idle), slight | {idle}
             continue
         settled = Settled(found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm))
@@ -85,10 +87,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         if not weak:
             return _with_causes(case, _without_vague(case, assessor, settled))
         least = min(weak, key=lambda name: float(settled.parts[name].sum()))
-        if least in case.refitted:  # a nominal parameter may stay as the data have it, without being named
-            found = replace(found, effects=found.effects - {least})
-        else:
-            found, slight = _without(assessor, found, least), slight | {least}
+        slight |= {least} - case.refitted
+        found = replace(found, effects=found.effects - {least}) if weak[least] else _without(assessor, found, least)
 
 
 def _apart(case: Case, simulator: Simulator, firm: Names) -> Names:
@@ -111,17 +111,23 @@ def _parts(
     return gap, parts, stated
 
 
-def _weak(case: Case, assessor: Assessor, settled: Settled) -> list[str]:
-    """Names that close too little of the gap, are of noise, or of whose size nothing is known."""
-    found, weak = settled.found, []
+def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
+    """Names that close too little of the gap, are of noise, or of whose size nothing is known; and which may stay.
+
+    Those stay in the simulator without being named: nominal parameters, and where something is left an effect that
+    takes much of that away.
+    """
+    found, weak = settled.found, {}
     for name in sorted(found.effects - frozenset(case.certain)):
         share, firm = settled.share(name), name in settled.firm
         open_ended = _open(found) and not assessor.cfg.plain
         little = is_slight(share) and (firm or open_ended or not _needed(assessor, found, name))
         vague = _open(found) and case.guessed and not _known(case, found.final, name)
         vain = bool(case.refitted) and name not in case.refitted and _as_believed(case, found.final, name)
-        if little or _of_noise(assessor, found, name, share) or vague or vain:
-            weak.append(name)
+        vanishing = _of_noise(assessor, found, name, share) or vague or vain
+        if little or vanishing:
+            helps = open_ended and bool(case.refitted) and not (firm or vanishing)
+            weak[name] = name in case.refitted or helps
     return weak
 
 
@@ -224,23 +230,29 @@ def _share(gap: Gap, part: np.ndarray, alike: bool) -> Share:
     return replace(gap, before=np.ones(len(part)), floor=np.zeros(len(part))).share(part) if alike else gap.share(part)
 
 
-def _idle(case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names) -> str | None:
+def _idle(
+    case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names, whole: Simulator
+) -> str | None:
     """The effect that brings least, where something is left, of those without which the simulator does about as well.
 
     Without it nominal parameters and other effects are fitted once more. Stretches of one motion are alike, other
-    motions are not: what brings little on those is often lost on these.
+    motions are not: what brings little on those is often lost on these. Nor do several go that bring much together:
+    about as well as the `whole`, from which others have gone already.
     """
     if not (_open(found) and case.refitted):
         return None
     least = NEEDED if case.guessed else 1 - BETTER**2
     floor, idle = case.floor(range(case.segments)), {}
+
+    def large(relief: np.ndarray, rest: np.ndarray) -> bool:
+        return bool(relief.mean() >= least * rest.mean()) and lower_bound(relief, SURE, assessor.seed) > 0
+
     for name in sorted(found.effects - frozenset(case.certain) - case.refitted - firm):
         fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
         without = _of(case, assessor, fitted, fitted.names).error
-        relief, rest = without - simulator.error, without - floor
-        large = relief.mean() >= least * rest.mean() and lower_bound(relief, SURE, assessor.seed) > 0
-        if not (large or _everywhere(assessor, simulator, fitted)):
-            idle[name] = float(relief.mean())
+        much = any(large(without - each.error, without - floor) for each in (simulator, whole))
+        if not (much or _everywhere(assessor, simulator, fitted)):
+            idle[name] = float((without - simulator.error).mean())
     return min(idle, key=lambda name: (idle[name], name), default=None)
 
 
@@ -331,7 +343,8 @@ def _simulator(case: Case, assessor: Assessor, found: Found, firm: Names) -> Sim
         identified = _identified(case, assessor, found)
         anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
         best = _better(_of(case, assessor, anew, anew.names), best)
-        best = identified if effects <= frozenset(case.certain) else _better(identified, best)
+        others = best.names - case.refitted
+        best = identified if others <= frozenset(case.certain) else _better(identified, best)
         if firm:  # as they are beside the unknown; or fitted without it, where they leave about as little
             anew = assessor.one(found.effects | found.identified.names, found.final.hypothesis)
             alone = anew.rest <= MOST * max(found.final.rest, assessor.cfg.adequate)
