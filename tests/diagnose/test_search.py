@@ -90,6 +90,7 @@ def test_an_effect_that_closes_little_is_not_ruled_out_where_something_is_left()
     line = next(line for line in found["candidates"] if line["name"] == "step")
     assert found["verdict"] == "partly_explained" and names(found) == {"wave"}
     assert line["status"] == "undecided" and "closes less" in line["reason"] and line["evidence"] > 100
+    assert "step" in {kept["name"] for kept in found["refitted"]}  # the simulator is better with it
 
 
 def test_where_the_gap_is_noise_a_share_that_may_be_nothing_gets_no_name() -> None:

@@ -121,7 +121,7 @@ def _named(name: str) -> dict[str, Any]:
 
 
 def _refitted(case: Case, settled: Settled, name: str) -> dict[str, Any]:
-    """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
+    """What the simulator has as the data ask for, without being named: a nominal parameter, or what closes too little."""
     return {
         **_named(name),
         "source": case.library[name].source,
@@ -178,6 +178,8 @@ def _candidates(
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
+            if name in final.names & settled.slight:
+                line["evidence"] = _evidence(case, assessor, found, name)
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
             rivals += [found.effects & case.guessed] if name in settled.vague else []
             if name in settled.slight:
