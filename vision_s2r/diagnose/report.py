@@ -121,7 +121,7 @@ def _named(name: str) -> dict[str, Any]:
 
 
 def _refitted(case: Case, settled: Settled, name: str) -> dict[str, Any]:
-    """What the simulator has as the data ask for, without being named: a nominal parameter, or what closes too little."""
+    """What the simulator has without a name: a nominal parameter as the data ask for it, or what closes too little."""
     return {
         **_named(name),
         "source": case.library[name].source,
