@@ -123,3 +123,12 @@ def test_a_report_in_memory_is_the_same_as_its_json():
     assert "backlash" in report.summary() and "&lt;h1&gt;Reality gap of a joint" in report._repr_html_()
     with pytest.raises(TypeError, match="'sharr'"):
         GapReport.of(data | {"unexplained": {"sharr": 0.1}})
+
+
+def test_what_the_simulator_has_without_a_name_is_on_the_page(tmp_path):
+    report = a_report("joint", backlash={"width": 0.03})
+    assert "has besides" not in _written(report, tmp_path).text
+    value = {"value": 0.21, "unit": "", "ci": [0.19, 0.23]}
+    kept = {"name": "external_load_friction", "source": "actuator", "parameters": {"coefficient": value}}
+    text = _written(report | {"refitted": [kept]}, tmp_path).text
+    assert "external load friction coefficient 0.210 0.190 to 0.230" in text
