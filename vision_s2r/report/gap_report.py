@@ -88,7 +88,7 @@ class FoundEffect:
 
 @dataclass(frozen=True)
 class RefittedValue:
-    """A nominal parameter that the simulator has as the data ask for, without being named as a cause."""
+    """What the simulator has without a name: a nominal parameter as the data ask for it, or what closes too little."""
 
     name: str
     source: str
