@@ -118,7 +118,8 @@ def _step(
     middle = velocity
     if not fast:
         motor = commanded(machine, tables, heights, given, position, velocity, velocity)
-        loads = motor, on_load(machine, position) + given[4]
+        pressed = machine.external_load_friction_coefficient > 0
+        loads = motor, on_load(machine, position) + given[4] if pressed else 0.0
         _, after, _ = advance(machine, velocity, motor + other, weight, loads, ahead, back, machine.inertia, step, True)
         middle = 0.5 * (velocity + after)
         weight = weight_at(machine, middle)
