@@ -48,11 +48,6 @@ class Parameter:
         if not self.low <= self.moderate <= self.high or (self.scale == "log" and self.low <= 0):
             raise ValueError(f"parameter '{self.name}' contradicts itself: {self}")
 
-    def unrounded(self, value: float) -> float:
-        """The bound that rounding has put a value past, as a logarithm and back does; else the value."""
-        inside = min(max(value, self.low), self.high)
-        return inside if math.isclose(value, inside, rel_tol=1e-9) else value
-
     def check(self, value: object, where: str) -> float:
         """`value` as a float, neutral or within the bounds; else UserError, which begins with `where`."""
         if isinstance(value, int) and abs(value) > sys.float_info.max:

@@ -14,6 +14,7 @@ from vision_s2r.fit.case import Hypothesis
 Setting = dict[str, float]  # an effect's parameters by name
 
 
+ROUNDING = 1e-12  # of a logarithm and its exponential, and more
 FREEDOM = 4.0  # of Student's distribution about what is believed, which may be wrong by any factor
 
 
@@ -35,10 +36,11 @@ class ParameterRange:
         return math.log(max(value, 1e-300)) if self.log else value
 
     def within(self, parameter: Parameter) -> "ParameterRange":
-        """The same range as far as the parameter may go."""
+        """The same range as far as the parameter may go; a logarithm and back must not round past that."""
         if self.above is not None:
             return self
-        low, high = self.coded(parameter.low), self.coded(parameter.high)
+        margin = ROUNDING if self.log else 0.0
+        low, high = self.coded(parameter.low) + margin, self.coded(parameter.high) - margin
         return replace(self, low=max(self.low, low), high=min(self.high, high))
 
 

@@ -81,9 +81,7 @@ class ContactSpace(Coordinates):
         row = self.machines(point[None])[0]
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
-            values[c.effect][c.parameter] = (
-                CONTACT_EFFECTS[c.effect].parameter(c.parameter).unrounded(float(row[c.column]))
-            )
+            values[c.effect][c.parameter] = float(row[c.column])
         coefficients, at = {}, len(self.coordinates)
         for term in self.parts:
             coefficients[term.name] = point[at : at + term.size]

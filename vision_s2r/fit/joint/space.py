@@ -131,9 +131,7 @@ class JointSpace(Coordinates):
         row = self.machines(point[None])[0]
         values: dict[str, dict[str, float]] = {name: {} for name in self.effects}
         for c in self.coordinates:
-            values[c.effect][c.parameter] = (
-                JOINT_EFFECTS[c.effect].parameter(c.parameter).unrounded(float(row[c.column]))
-            )
+            values[c.effect][c.parameter] = float(row[c.column])
         if self._grid is not None and "encoder_quantization" in values:
             values["encoder_quantization"] = dict(self._grid)
         discrepancies = {discrepancy.name: self.part(point[None], discrepancy)[0] for discrepancy in self.discrepancies}
