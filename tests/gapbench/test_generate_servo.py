@@ -28,6 +28,7 @@ SEVERE = {
     "deadband": {"width": 0.04},
     "velocity_limit": {"value": 2.5},
     "acceleration_limit": {"value": 25.0},
+    "derivative_on_error": {"gain": 0.15, "time_constant": 0.01},
     "stribeck_friction": {"static": 0.3, "velocity": 0.3},
     "load_dependent_friction": {"coefficient": 0.1},
     "external_load_friction": {"coefficient": 0.2},

@@ -57,7 +57,8 @@ def reference(nominal, effects, times, target, external=None, scale=None):
     e |= {name: effects.get(name, {}) for name in ("velocity_limit", "acceleration_limit", "encoder_quantization")}
     loaded = ("load_dependent_stribeck", "load_dependent_friction", "external_load_friction")
     e |= {name: effects.get(name, {}) for name in loaded}
-    q = v = place = rate = 0.0
+    kick = effects.get("derivative_on_error", {"gain": 0.0, "time_constant": 1.0})
+    q = v = place = rate = lagged = 0.0
     rows, times = [], times - times[0]
     delay, dead = e["latency"].get("delay", 0.0), e["deadband"].get("width", 0.0) / 2
     fastest, steepest = (e[name].get("value", math.inf) for name in ("velocity_limit", "acceleration_limit"))
@@ -77,8 +78,11 @@ def reference(nominal, effects, times, target, external=None, scale=None):
             goal = place
         shown = resolution * math.floor(q / resolution + 0.5) if resolution else q
         error = goal - shown
+        change = (error - lagged) / kick["time_constant"]
+        lagged += FINE * change
         error = math.copysign(max(abs(error) - dead, 0.0), error)
         u = n.proportional_gain * error - (n.derivative_gain * v if error or not dead else 0.0)
+        u += kick["gain"] * change if error or not dead else 0.0
         u = min(max(u, -n.command_limit), n.command_limit) * (1.0 if scale is None else scale[now[k]])
         motor = n.torque_constant * u
         if scale is None or scale[now[k]] > 0:
@@ -124,6 +128,8 @@ CASES = {
     "latency": {"latency": {"delay": 0.0143}},
     "deadband": {"deadband": {"width": 0.06}},
     "profile": {"velocity_limit": {"value": 1.2}, "acceleration_limit": {"value": 9.0}},
+    "derivative on the error": {"derivative_on_error": {"gain": 0.15, "time_constant": 0.015}},
+    "a kick, clipped": {"derivative_on_error": {"gain": 0.15, "time_constant": 0.003}, "latency": {"delay": 0.0143}},
     "quantization": {"encoder_quantization": {"resolution": 0.02}},
     "frictions": {
         "stribeck_friction": {"static": 0.12, "velocity": 0.3},

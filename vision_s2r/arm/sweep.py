@@ -104,7 +104,7 @@ def _advance(
     times: np.ndarray,  # [T]
     first: np.ndarray,  # [J, 2]
     rows: np.ndarray,  # [J, 2] of the commands that act
-    points: np.ndarray,  # [J, 2] set point and its rate
+    points: np.ndarray,  # [J, 3] set point, its rate, and the error that a servo's derivative has
     states: np.ndarray,  # [J, STATE]
     rates: np.ndarray,  # [J] accelerations
     slopes: np.ndarray,  # [J] by which they change with the loads
@@ -120,14 +120,14 @@ def _advance(
     joints = len(machines)
     before, after = states.copy(), states
     responses = np.empty((joints, *RESPONSES))
-    given = np.empty((joints, 5))
+    given = np.empty((joints, 6))
     for j in range(joints):
         machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
         log = log_of(command[j], first[j], step, times)
-        cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1])
-        acting, cursor = inputs_of(machine, log, cursor, time, step)
-        rows[j, 0], rows[j, 1], points[j, 0], points[j, 1] = cursor
-        given[j, 0], given[j, 1], given[j, 2], given[j, 3], given[j, 4] = acting
+        cursor = (rows[j, 0], rows[j, 1], points[j, 0], points[j, 1], points[j, 2])
+        acting, cursor = inputs_of(machine, log, cursor, time, step, (before[j, 0], before[j, 1]))
+        rows[j, 0], rows[j, 1], points[j, 0], points[j, 1], points[j, 2] = cursor
+        given[j, 0], given[j, 1], given[j, 2], given[j, 3], _, (given[j, 4], given[j, 5]) = acting
         if sprung(machine):
             machine = of_inertia(machine, machine.inertia + mass[j, j])
             two_masses_responses(machine, (step, step), responses[j])
@@ -140,7 +140,7 @@ def _advance(
             load = mass[j, j] * rates[j] - bias[j]
             for k in range(joints):
                 load -= mass[j, k] * rates[k]
-            acting = (given[j, 0], given[j, 1], given[j, 2], given[j, 3], load)
+            acting = (given[j, 0], given[j, 1], given[j, 2], given[j, 3], load, (given[j, 4], given[j, 5]))
             ease = _driven(machine, tables, before[j], after[j], acting, time, step, responses[j])
             rate = (after[j, 1] - before[j, 1]) / step
             change = max(change, abs(rate - rates[j]) * step)
@@ -199,8 +199,8 @@ def _compile(sources: str) -> tuple[Callable[..., Any], ...]:
         joints, rates = len(machines), np.zeros(len(machines))
         acting = np.zeros((joints, 2), np.int64)  # rows of the commands that act
         acting[:, 0] = -1
-        points = np.zeros((joints, 2))
-        points[:, 0] = first[:, 0]
+        points = np.full((joints, 3), np.nan)
+        points[:, 0], points[:, 1] = first[:, 0], 0.0
         mass, bias, slopes = np.empty((joints, joints)), np.empty(joints), np.zeros(joints)
         halfway, place = np.empty(joints), np.empty(joints)
         row, count = 1, 0

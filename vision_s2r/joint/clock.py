@@ -10,8 +10,9 @@ import math
 import numpy as np
 
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.drive import Given, glides, needs_velocity
+from vision_s2r.joint.drive import NO_LAG, Given, Lag, counted, glides, needs_velocity
 from vision_s2r.joint.effects.acceleration_limit import along
+from vision_s2r.joint.effects.derivative_on_error import passing
 from vision_s2r.joint.effects.velocity_limit import profile
 from vision_s2r.joint.log import JointLog, correction
 from vision_s2r.joint.machine import JointMachine, of_inertia
@@ -30,8 +31,9 @@ ROUNDING = 1e-9  # of a step: a sample no later than this after its end is at it
 HEAVIER = 0.01  # of the inertia: a change that two masses are worked out anew for …
 HEAVIER_ONE = 5e-4  # … and that one is
 
-# Row whose command, and part of a row whose other inputs act at the end of the last step; set point and its rate.
-Cursor = tuple[int, int, float, float]
+# Row whose command, and part of a row whose other inputs act at the end of the last step; set point and its rate; a
+# servo's error as a low pass has it, NaN before its first command.
+Cursor = tuple[int, int, float, float, float]
 
 
 @compiled
@@ -43,13 +45,13 @@ def clocked_one_mass(
     state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
     paths = glides(machine, 0.5 * step, machine.inertia, (step, step))
     fast = not needs_velocity(machine, tables)
-    cursor: Cursor = (-1, 0, log.first[0], 0.0)
+    cursor: Cursor = (-1, 0, log.first[0], 0.0, math.nan)
     row, shift = read_rows(log, 0, -step, step, log.first, log.first, out)
     count, own = 0, machine.inertia
     while row < log.samples:
         state = (state[0] + shift[0], state[1] + shift[1], state[2], state[3])
         before, time = (state[0], state[1]), count * step
-        given, cursor = inputs_of(machine, log, cursor, time, step)
+        given, cursor = inputs_of(machine, log, cursor, time, step, before)
         inertia = own + _load_inertia(log, cursor)
         if machine.thermal_drift_rate != 0 or abs(inertia - machine.inertia) > HEAVIER_ONE * machine.inertia:
             machine = of_inertia(machine, inertia)
@@ -73,7 +75,7 @@ def clocked_two_masses(
     masses = two_masses_start(machine, tables, heights, log.first[0], log.first[1])
     paths = two_masses_paths(machine, 0.5 * step, (step, step))
     fast = not needs_velocity(machine, tables)
-    cursor: Cursor = (-1, 0, log.first[0], 0.0)
+    cursor: Cursor = (-1, 0, log.first[0], 0.0, math.nan)
     row, shift = read_rows(log, 0, -step, step, log.first, log.first, out)
     count, own = 0, machine.inertia
     while row < log.samples:
@@ -81,7 +83,7 @@ def clocked_two_masses(
         position, v_load, v_motor = position + shift[0], v_load + shift[1], v_motor + shift[1]
         masses = ((v_motor, v_load, twist, position, side), weight, other)
         before, time = (position, v_load), count * step
-        given, cursor = inputs_of(machine, log, cursor, time, step)
+        given, cursor = inputs_of(machine, log, cursor, time, step, before)
         inertia = own + _load_inertia(log, cursor)
         changed = abs(inertia - machine.inertia) > HEAVIER * machine.inertia
         if changed:
@@ -98,9 +100,11 @@ def clocked_two_masses(
 
 
 @compiled
-def inputs_of(machine: JointMachine, log: JointLog, cursor: Cursor, start: float, step: float) -> tuple[Given, Cursor]:
-    """What acts in the step that begins at `start`, and the cursor at its end."""
-    row, other, place, rate = cursor
+def inputs_of(
+    machine: JointMachine, log: JointLog, cursor: Cursor, start: float, step: float, state: tuple[float, float]
+) -> tuple[Given, Cursor]:
+    """What acts in the step that begins at `start` in this position and velocity, and the cursor at its end."""
+    row, other, place, rate, lagged = cursor
     servo = not math.isnan(machine.proportional_gain)
     late = start - machine.latency_delay
     # Before the first command a servo stays where it is, and a motor is given nothing.
@@ -109,6 +113,9 @@ def inputs_of(machine: JointMachine, log: JointLog, cursor: Cursor, start: float
     if servo and (machine.velocity_limit_value < math.inf or machine.acceleration_limit_value < math.inf):
         half, place, rate = _set_point(machine, place, rate, command, later, (1 - share) * step, step)
         command, later, share = half, half, 0.0
+    lag = NO_LAG
+    if machine.derivative_on_error_gain > 0 and row >= 0:
+        lag, lagged = _lagged(machine, lagged, command, later, share, state, step)
     scale, external, now = 1.0, 0.0, other
     scaled, pulled, loaded = log.given
     if scaled:
@@ -120,7 +127,29 @@ def inputs_of(machine: JointMachine, log: JointLog, cursor: Cursor, start: float
         external = one + part * (two - one)
     if loaded and not pulled:
         now = _held(log, log.load_inertia, log.parts, other, log.load_inertia[0], start, step)[3]
-    return (command, later, share, scale, external), (row, now, place, rate)
+    return (command, later, share, scale, external, lag), (row, now, place, rate, lagged)
+
+
+@compiled
+def _lagged(
+    machine: JointMachine,
+    lagged: float,
+    target: float,
+    later: float,
+    share: float,  # of the step, in which the later target acts
+    state: tuple[float, float],
+    step: float,
+) -> tuple[Lag, float]:
+    """What the derivative of a servo's error is taken from in a step, and the error as the low pass has it at its end.
+
+    The mean of a filtered derivative is the filter's change over the step, however short its time constant.
+    """
+    position = counted(machine, state[0] + 0.5 * step * state[1])
+    if math.isnan(lagged):  # as if the first target had been there for long
+        target, lagged = later, later - position
+    error = target + share * (later - target) - position
+    passed = passing(machine.derivative_on_error_time_constant, step)
+    return (lagged, machine.derivative_on_error_gain * passed / step), lagged + passed * (error - lagged)
 
 
 @compiled

@@ -28,11 +28,15 @@ from vision_s2r.joint.slot import slot_needs_velocity, slot_on, slot_torque
 from vision_s2r.joint.tables import look_up, look_up_drive
 
 Glide = tuple[float, Response]  # of motion in one direction: its damping, and the response of a whole step
+# Of a servo's error, what its derivative is taken from: the error as a low pass has it, and what is asked for each
+# rad between the two, in units of u.
+Lag = tuple[float, float]
 # What acts in a step: the command at its start and at its end (a position servo's is its target), for which share of it
 # the latter acts, the factor of u, and the torque on the load.
-Given = tuple[float, float, float, float, float]
+Given = tuple[float, float, float, float, float, Lag]
 Weight = tuple[float, float]  # of static friction, and of that under load: 1 at rest
 REST: Weight = (1.0, 1.0)
+NO_LAG: Lag = (0.0, 0.0)
 Loads = tuple[float, float]  # what presses the gears: the motor's torque, and the torque on the load
 
 
@@ -41,7 +45,8 @@ def needs_velocity(machine: JointMachine, tables: np.ndarray) -> bool:
     """Whether any torque but viscous damping and Coulomb friction depends on velocity."""
     stribeck_on = not math.isnan(machine.stribeck_friction_static) or machine.load_dependent_stribeck_coefficient > 0
     limited = machine.torque_speed_limit_no_load_speed < math.inf or machine.back_emf > 0
-    return stribeck_on or limited or tables[1, 2] > 0 or machine.derivative_gain > 0 or slot_needs_velocity(machine)
+    served = machine.derivative_gain > 0 or machine.derivative_on_error_gain > 0
+    return stribeck_on or limited or tables[1, 2] > 0 or served or slot_needs_velocity(machine)
 
 
 @compiled
@@ -53,21 +58,29 @@ def steady(machine: JointMachine, heights: np.ndarray) -> bool:
 
 
 @compiled
-def served(machine: JointMachine, target: float, position: float, velocity: float) -> float:
+def served(machine: JointMachine, target: float, position: float, velocity: float, lag: Lag) -> float:
     """What a position servo asks of its motor when the load is here and moves so, in units of u."""
-    if machine.encoder_quantization_resolution > 0:
-        position = rounded(position, machine.encoder_quantization_resolution, machine.encoder_quantization_offset)
-    error = beyond(target - position, machine.deadband_width)
+    whole = target - counted(machine, position)
+    error = beyond(whole, machine.deadband_width)
     if machine.deadband_width > 0 and error == 0:
         return 0.0
+    more = lag[1] * (whole - lag[0])
     gains = machine.proportional_gain, machine.derivative_gain
-    return servo_command(error, velocity, gains[0], gains[1], machine.command_limit)
+    return servo_command(error, velocity, more, gains[0], gains[1], machine.command_limit)
+
+
+@compiled
+def counted(machine: JointMachine, position: float) -> float:
+    """The position as the servo's encoder has it."""
+    if machine.encoder_quantization_resolution > 0:
+        return rounded(position, machine.encoder_quantization_resolution, machine.encoder_quantization_offset)
+    return position
 
 
 @compiled
 def held(command: float) -> Given:
     """A command that acts all the step, and nothing else."""
-    return command, command, 0.0, 1.0, 0.0
+    return command, command, 0.0, 1.0, 0.0, NO_LAG
 
 
 @compiled
@@ -81,19 +94,25 @@ def commanded(
     velocity: float,
 ) -> float:
     """Mean motor torque in a step, where the load is about here, at its and the motor's velocity."""
-    torque = _motor(machine, given[0], given[3], position, load_velocity, velocity)
+    torque = _motor(machine, given[0], given[3], position, load_velocity, velocity, given[5])
     if given[2] > 0:
-        later = _motor(machine, given[1], given[3], position, load_velocity, velocity)
+        later = _motor(machine, given[1], given[3], position, load_velocity, velocity, given[5])
         torque += given[2] * (later - torque)
     return torque + look_up_drive(tables, heights, torque)
 
 
 @compiled
 def _motor(
-    machine: JointMachine, current: float, factor: float, position: float, load_velocity: float, velocity: float
+    machine: JointMachine,
+    current: float,
+    factor: float,
+    position: float,
+    load_velocity: float,
+    velocity: float,
+    lag: Lag,
 ) -> float:
     if not math.isnan(machine.proportional_gain):
-        current = served(machine, current, position, load_velocity)
+        current = served(machine, current, position, load_velocity, lag)
     torque = saturate(motor_torque(current * factor, machine.torque_constant), machine.torque_saturation_limit)
     if machine.torque_speed_limit_stall < math.inf:
         torque = limit_by_speed(

@@ -73,6 +73,7 @@ LONGEST_DELAY = 3600.0  # s
 _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 _INERTIA = COLUMNS.index("inertia")
 _PROPORTIONAL, _DERIVATIVE = COLUMNS.index("proportional_gain"), COLUMNS.index("derivative_gain")
+_ON_ERROR = COLUMNS.index("derivative_on_error.gain")
 
 
 def _absent() -> np.ndarray:
@@ -145,8 +146,9 @@ def of_inertia(machine: JointMachine, inertia: float) -> JointMachine:
 
 @compiled
 def of_gains(machine: JointMachine, factor: float) -> JointMachine:
-    """The same servo with both of its gains times this factor."""
+    """The same servo with all of its gains times this factor."""
     machine = tuple_setitem(machine, _PROPORTIONAL, factor * machine.proportional_gain)  # type: ignore[call-arg]
+    machine = tuple_setitem(machine, _ON_ERROR, factor * machine.derivative_on_error_gain)
     return tuple_setitem(machine, _DERIVATIVE, factor * machine.derivative_gain)
 
 

@@ -71,7 +71,7 @@ class ArmDrives:
         self._start, self._count, self._begun = float(data.time), 0, True
         self._times, self._commands = np.zeros(2 * self._room), np.zeros((joints, 2 * self._room))
         self._acting = np.full(joints, -1)
-        self._points = np.stack([self._first[:, 0], np.zeros(joints)], axis=1)
+        self._points = np.stack([self._first[:, 0], np.zeros(joints), np.full(joints, np.nan)], axis=1)
 
     def reset(self) -> None:
         """Whatever comes next is the first step: nothing was commanded yet."""
@@ -120,7 +120,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         times: np.ndarray,  # [N] s
         first: np.ndarray,  # [J, 2] positions and velocities
         acting: np.ndarray,  # [J] rows of the commands that act
-        points: np.ndarray,  # [J, 2] set points and their rates
+        points: np.ndarray,  # [J, 3] set points, their rates, and the errors that servos' derivatives have
         states: np.ndarray,  # [J, 2] positions and velocities now
         bodies: np.ndarray,  # [J] torques that weight and motion of the bodies put on the joints
         step: tuple[float, float],  # where it begins, and how long it is
@@ -132,9 +132,10 @@ def _compile(sources: str) -> Callable[..., Any]:
         for j in range(len(machines)):
             machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
             log = log_of(commands[j][: len(times)], first[j], step[1], times)
-            given, cursor = inputs_of(machine, log, (acting[j], 0, points[j, 0], points[j, 1]), step[0], step[1])
-            acting[j], _, points[j, 0], points[j, 1] = cursor
             position, velocity = states[j, 0], states[j, 1]
+            cursor = (acting[j], 0, points[j, 0], points[j, 1], points[j, 2])
+            given, cursor = inputs_of(machine, log, cursor, step[0], step[1], (position, velocity))
+            acting[j], _, points[j, 0], points[j, 1], points[j, 2] = cursor
             motor = commanded(machine, tables, none, given, position, velocity, velocity)
             load = on_load(machine, position)
             other = on_motor(machine, tables, none, position, velocity, step[0]) + load

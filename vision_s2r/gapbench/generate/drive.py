@@ -11,8 +11,8 @@ from numba import njit
 
 INF = np.inf
 # Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis, what friction
-# remembers, angle and rate of the mount
-State = tuple[float, float, float, float, float, float, float, float, float]
+# remembers, angle and rate of the mount, a servo's error as a filter has it
+State = tuple[float, float, float, float, float, float, float, float, float, float]
 
 
 class DriveModel(NamedTuple):
@@ -50,6 +50,8 @@ class DriveModel(NamedTuple):
     deadband: float = 0.0
     velocity_limit: float = INF
     acceleration_limit: float = INF
+    error_rate_gain: float = 0.0  # A·s/rad, on the rate of the error
+    error_filter: float = 0.01  # s, that this rate is filtered by
     # Effects outside it (generate.unknown says what each is)
     drag: float = 0.0
     dead_zone: float = 0.0
@@ -96,9 +98,11 @@ class DriveModel(NamedTuple):
 
 
 def step_of(drive: DriveModel, longest: float = 5e-4) -> float:
-    """A step (s) that resolves the lag of the drive and the two halves' oscillation on their spring."""
+    """A step (s) that resolves the lag of the drive, its filter, and the two halves' oscillation on their spring."""
     if drive.lag > 0:
         longest = min(longest, drive.lag)
+    if drive.error_rate_gain > 0:
+        longest = min(longest, drive.error_filter / 4)
     if drive.stiffness == INF:
         return longest
     reduced = drive.inertia / 4
@@ -122,16 +126,23 @@ def _current(y: State, command: float, p: DriveModel) -> float:
     """What a servo asks of its motor, A, whose command is a set point (rad); else the command itself."""
     if p.proportional_gain == 0:
         return command
-    shown = y[2]
-    if p.resolution > 0:
-        shown = np.round(shown / p.resolution) * p.resolution
-    error = command - shown
+    error = _error(y, command, p)
+    wanted = p.error_rate_gain * (error - y[9]) / p.error_filter if p.error_rate_gain > 0 else 0.0
     if p.deadband > 0:
         if abs(error) <= p.deadband / 2:
             return 0.0
         error -= np.sign(error) * p.deadband / 2
-    wanted = p.proportional_gain * error - p.derivative_gain * y[3]
+    wanted += p.proportional_gain * error - p.derivative_gain * y[3]
     return min(max(wanted, -p.command_limit), p.command_limit)
+
+
+@njit(cache=True)
+def _error(y: State, point: float, p: DriveModel) -> float:
+    """How far a servo's encoder is short of its set point, rad."""
+    shown = y[2]
+    if p.resolution > 0:
+        shown = np.round(shown / p.resolution) * p.resolution
+    return point - shown
 
 
 @njit(cache=True)
@@ -237,7 +248,8 @@ def _slope(t: float, y: State, current: float, direction: float, side: int, p: D
         motor_rate -= mount_rate if direction != 0 else 0.0
         load_rate -= mount_rate if side == 0 or direction != 0 else 0.0
     bent = (y[1] - abs(y[1]) * y[5]) / p.hysteresis_distance
-    return y[1], motor_rate, y[3], load_rate, drive_rate, bent, _remembered(y, p), y[8], mount_rate
+    filtered = (_error(y, current, p) - y[9]) / p.error_filter if p.error_rate_gain > 0 else 0.0
+    return y[1], motor_rate, y[3], load_rate, drive_rate, bent, _remembered(y, p), y[8], mount_rate, filtered
 
 
 @njit(cache=True)
@@ -260,7 +272,7 @@ def _plus(y: State, h: float, k: State) -> State:
     return (
         *(y[0] + h * k[0], y[1] + h * k[1], y[2] + h * k[2]),
         *(y[3] + h * k[3], y[4] + h * k[4], y[5] + h * k[5]),
-        *(y[6] + h * k[6], y[7] + h * k[7], y[8] + h * k[8]),
+        *(y[6] + h * k[6], y[7] + h * k[7], y[8] + h * k[8], y[9] + h * k[9]),
     )
 
 
@@ -296,7 +308,7 @@ def _reversed(y: State, direction: float) -> bool:
 @njit(cache=True)
 def _put(y: State, motor: float, motor_rate: float, load: float, load_rate: float) -> State:
     """The state with motor and load elsewhere."""
-    return motor, motor_rate, load, load_rate, y[4], y[5], y[6], y[7], y[8]
+    return motor, motor_rate, load, load_rate, y[4], y[5], y[6], y[7], y[8], y[9]
 
 
 @njit(cache=True)
@@ -349,7 +361,7 @@ def advance(
 @njit(cache=True)
 def started(p: DriveModel, first: np.ndarray) -> tuple[State, float, int]:
     """A joint at this position and velocity [2], whose halves do not touch: state, direction, and side of contact."""
-    y = (first[0], first[1], first[0], first[1], 0.0, 0.0, 0.0, 0.0, 0.0)
+    y = (first[0], first[1], first[0], first[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return y, np.sign(first[1]), 0 if p.width > 0 or p.stiffness < INF else 2
 
 

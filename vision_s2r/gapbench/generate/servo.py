@@ -63,6 +63,12 @@ def _acceleration_limit(nominal: DriveModel, scale: Scale, rng: np.random.Genera
     return lambda x: {"acceleration_limit": 0.1 * fastest / x}
 
 
+def _error_rate(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    time = float(np.exp(rng.uniform(np.log(0.004), np.log(0.03))))
+    damping = (nominal.viscous_damping / nominal.torque_constant) + nominal.derivative_gain
+    return lambda x: {"error_rate_gain": damping * x, "error_filter": time}
+
+
 def _external_friction(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
     return lambda x: {"external_friction": 0.5 * x if nominal.gravity_torque else 0.0}
 
@@ -74,6 +80,7 @@ OF_SERVOS = {
     "deadband": KnownEffect(_deadband, {"width": "deadband"}),
     "velocity_limit": KnownEffect(_velocity_limit, {"value": "velocity_limit"}),
     "acceleration_limit": KnownEffect(_acceleration_limit, {"value": "acceleration_limit"}),
+    "derivative_on_error": KnownEffect(_error_rate, {"gain": "error_rate_gain", "time_constant": "error_filter"}),
 }
 UNDER_WEIGHT = {"external_load_friction": KnownEffect(_external_friction, {"coefficient": "external_friction"})}
 # A torque constant is one with the gains; what servos alone have goes first.

@@ -19,6 +19,8 @@ class ProportionalGain(JointEffect):
 
 
 @compiled
-def servo_command(error: float, velocity: float, proportional: float, derivative: float, limit: float) -> float:
-    """What the law asks of the motor, in units of u."""
-    return min(max(proportional * error - derivative * velocity, -limit), limit)
+def servo_command(
+    error: float, velocity: float, more: float, proportional: float, derivative: float, limit: float
+) -> float:
+    """What the law asks of the motor, in units of u, `more` being what is asked besides."""
+    return min(max(proportional * error - derivative * velocity + more, -limit), limit)
