@@ -200,16 +200,19 @@ class Search:
 
         One of fewer parameters is taken unless the likelier is worth its others.
         """
-        swaps = [
-            (found.names - {name} | {rival}, found.hypothesis)
-            for name in sorted(found.names - self._base)
-            for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
-        ]
-        rivals = [found, *self._assessor.rivals(swaps, found)]
+        rivals = [found, *self._assessor.rivals(self._swaps(found), found)]
         best = max(rivals, key=lambda assessment: assessment.score)
         simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
         return max(enough, key=lambda assessment: assessment.score, default=best)
+
+    def _swaps(self, found: Assessment) -> list[tuple[Names, Hypothesis]]:
+        """The set with an effect exchanged for one that may pass for it, in every way; and where its fit starts."""
+        return [
+            (found.names - {name} | {rival}, found.hypothesis)
+            for name in sorted(found.names - self._base)
+            for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
+        ]
 
     def _parameters(self, found: Assessment) -> int:
         return sum(len(self._case.library[name].parameters) for name in found.names & frozenset(self._case.library))
@@ -389,8 +392,8 @@ class Search:
     def _restore(self, found: Assessment) -> Assessment:
         """Nominal parameters back to their nominal values, apart from those that have to differ.
 
-        Where several have to, one effect more, or a torque constant, may say the same with fewer names; where something
-        is left nominal parameters are not named in any case, and have the values that the data ask for.
+        Where several have to, one effect more or another, or a torque constant, may say the same with fewer names; where
+        something is left nominal parameters are not named in any case, and have the values that the data ask for.
         """
         unknown = bool(found.names & self._discrepancies)
         if not unknown and not self._assessor.adequate(found):
@@ -406,6 +409,7 @@ class Search:
         gains = self._case.screen(self._assessor.one(whole, found.hypothesis).hypothesis, free)
         promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.contenders]
         others = [whole | {name} for name in promising] + list(self._case.simplify(found.names))
+        others += [each.names | whole for each in self._assessor.rivals(self._swaps(found), found)]
         for names in others:
             simpler = self._shed(self._assessor.one(names, found.hypothesis), self._case.refitted)
             if len(simpler.names) < len(found.names) and not self._assessor.worth(found, simpler):

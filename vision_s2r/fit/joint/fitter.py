@@ -21,6 +21,7 @@ from vision_s2r.joint import DYNAMICS
 FINE_STRIDES = (3.0, 1.0, 0.3)  # over ripples, near the optimum
 LONG_STRIDE = 10.0
 SOFT = 400.0  # times the floor's variance: blurs ripples
+INERT = 1e-3  # of what another start changes: one that changes less tells nothing
 FOLLOWED = 2  # starts of an effect that are followed
 SCREENED = 8  # effects whose starts are, of those that are screened at once
 
@@ -218,11 +219,17 @@ class JointFitter(Fitter[JointSpace]):
         scale: np.ndarray,
         data: Data,
     ) -> np.ndarray:
-        """Starts [C, D] of a name, and beside them the same with the other coordinates moved [2 C, D]."""
+        """Starts [C, D] of a name, and beside them the same with the other coordinates moved [2 C, D].
+
+        Without those that change nothing, such as a limit beyond what is reached: no slope leads anywhere from there.
+        """
         residuals, slopes = now
         weight = np.sqrt(influence(residuals, scale) * data.temper * data.weight[..., None])
         basis = (slopes * weight).reshape(before.size, weight.size)
         after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
+        change = np.linalg.norm(after - (residuals * weight).ravel(), axis=1)
+        telling = change >= INERT * change.max()
+        points, after = points[telling], after[telling]
         moved = points.copy()
         others = [k for k in range(space.size) if space.owner[k] != name]
         size = np.linalg.norm(basis, axis=1)[:, None] + 1e-300

@@ -35,6 +35,6 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="targets move too little",
         excited_by="targets that move fast, and targets that jump",
-        confusable=frozenset({"viscous_damping", "derivative_gain", "latency"}),
+        confusable=frozenset({"viscous_damping", "derivative_gain", "velocity_limit", "acceleration_limit", "latency"}),
     ),
 )

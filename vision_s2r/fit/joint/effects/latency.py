@@ -6,7 +6,7 @@ from vision_s2r.fit.coordinates import ParameterRange, Setting, linear
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import JointTrack
 
-LONG, BUS = 0.1, (0.005, 0.015, 0.03, 0.06)  # s
+LONG, BUS = 0.1, (0.0015, 0.005, 0.015, 0.03, 0.06)  # s
 
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:

@@ -14,7 +14,7 @@ def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     """Where it may start."""
-    return [{"value": x * track.scales.peak_speed} for x in (0.4, 0.7, 0.9, 1.1)]
+    return [{"value": x * track.scales.peak_speed} for x in (0.4, 0.7, 0.9, 1.1, 1.6, 2.5)]
 
 
 def plausible(track: JointTrack, row: Row) -> Setting:
