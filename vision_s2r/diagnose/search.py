@@ -409,7 +409,7 @@ class Search:
         gains = self._case.screen(self._assessor.one(whole, found.hypothesis).hypothesis, free)
         promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.contenders]
         others = [whole | {name} for name in promising] + list(self._case.simplify(found.names))
-        others += [each.names | whole for each in self._assessor.rivals(self._swaps(found), found)]
+        others += [each.names | self._case.refitted for each in self._assessor.rivals(self._swaps(found), found)]
         for names in others:
             simpler = self._shed(self._assessor.one(names, found.hypothesis), self._case.refitted)
             if len(simpler.names) < len(found.names) and not self._assessor.worth(found, simpler):

@@ -127,6 +127,33 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert "not seen" not in other["described"] and other["gap"]["after"] > other["gap"]["before"]
 
 
+def test_a_servo_that_answers_to_how_fast_its_error_changes_is_told_from_one_that_brakes_or_is_late():
+    truth = {"gain": 0.2, "time_constant": 0.012}
+    report = diagnose(a_servo(50.0, {"derivative_on_error": truth}))
+    assert report.verdict == "explained" and [effect.name for effect in report.effects] == ["derivative_on_error"]
+    found = {name: each.value for name, each in report.effects[0].parameters.items()}
+    assert found == pytest.approx(truth, rel=0.03)
+
+
+def test_one_limit_is_named_rather_than_a_gain_and_a_constant_that_make_up_for_each_other():
+    report = diagnose(a_servo(50.0, {"torque_saturation": {"limit": 6.0}}))
+    assert [effect.name for effect in report.effects] == ["torque_saturation"]
+
+
+def test_a_delay_of_a_thirtieth_of_a_sample_is_seen():
+    case = open_case(a_servo(25.0, {"latency": {"delay": 0.0012}}))
+    base = case.fit(case.refitted, range(case.segments), None)
+    gains = case.screen(base, sorted(case.library.keys() - base.values.keys()))
+    assert max(gains, key=lambda name: gains[name]) == "latency" and gains["latency"] > 100
+
+
+def test_a_fit_starts_from_no_limit_that_nothing_reaches():
+    """It would be likelier than starts that are nearer to the truth, and no slope leads away from it."""
+    case = open_case(a_servo(50.0, {}))
+    base = case.fit(case.refitted, range(case.segments), None)
+    assert case.screen(base, ["torque_speed_limit"])["torque_speed_limit"] < -10
+
+
 def test_an_interval_allows_for_an_encoder_that_is_read_some_microseconds_late():
     recording = a_servo(50.0, {"latency": {"delay": 0.013}}, noise=1e-6)
     late = recording.position + 4e-5 * np.gradient(recording.position, axis=1) / np.gradient(recording.time, axis=1)
