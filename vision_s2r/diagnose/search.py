@@ -392,8 +392,8 @@ class Search:
     def _restore(self, found: Assessment) -> Assessment:
         """Nominal parameters back to their nominal values, apart from those that have to differ.
 
-        Where several have to, one effect more or another, or a torque constant, may say the same with fewer names; where
-        something is left nominal parameters are not named in any case, and have the values that the data ask for.
+        Where several have to, one effect more or another, or a torque constant, may say the same with fewer names.
+        Where something is left they are not named in any case, and have the values that the data ask for.
         """
         unknown = bool(found.names & self._discrepancies)
         if not unknown and not self._assessor.adequate(found):
