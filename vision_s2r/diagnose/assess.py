@@ -148,7 +148,8 @@ class Assessor:
         # What only makes up for effects that are a little unlike their definitions is no effect.
         if gain.relief <= ALLOWED * self.case.allowance:
             return False
-        if gain.nats > self.cfg.local * count and gain.relief > 0 and (self.adequate(less) or self.adequate(more)):
+        floor = self.adequate(less) or self.adequate(more)
+        if floor and gain.nats > self.cfg.local * count and gain.relief > self.cfg.slightest:
             return True  # at the floor, where the likelihood is that of noise, an effect may show in few places
         significant = gain.nats > self.cfg.evidence * count and gain.low > 0
         return significant and gain.relief > self.cfg.relief and gain.share > self.cfg.share

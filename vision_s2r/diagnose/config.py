@@ -18,6 +18,12 @@ class SearchConfig:
     local: float = option(
         10.0, "… or, where the floor is reached, so many, wherever in the recording they come from.", low=0
     )
+    slightest: float = option(
+        0.0,
+        "… and there it must lower the mean squared residual by more than this, in units of the noise's variance: long "
+        "recordings bring nats for what no noise would show.",
+        low=0,
+    )
     confidence: float = option(
         0.999, "At which the former must be above zero, by bootstrap over blocks.", low=0.5, below=1
     )
@@ -95,7 +101,7 @@ class DiagnoseConfig:
         "found is worth mending for a policy. Empty: it does not.",
     )
     policy: str = option("", "The row of these curves; empty: the first.")
-    joint: SearchConfig = option(SearchConfig(known=True), "The search for what a joint has.")
+    joint: SearchConfig = option(SearchConfig(known=True, slightest=0.004), "The search for what a joint has.")
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True),
         "The search for what a camera has.",

@@ -15,7 +15,9 @@ WEIGHED = 0.05  # of a weight that a servo's simulator has, which was weighed; o
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s, weight = track.scales, abs(track.nominal.gravity_torque)
-    plain = linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque)
+    # Where a servo's positions cover little of a turn, a weight is a slope, which anything else that is lacking bends.
+    seen = min(1.0, s.span / math.pi) if track.servo and track.units == "rotary" else 1.0
+    plain = linear("value", -3 * s.peak_torque, 3 * s.peak_torque, s.torque, 0.5 * s.torque * seen)
     return [replace(plain, firmer=WEIGHED * weight if track.servo and weight else math.inf)]
 
 
