@@ -16,6 +16,7 @@ FOUND = {
         "stribeck_friction": {"static": 1.5, "velocity": 0.1},
         "viscous_damping": {"value": 2.0},
         "bias_torque": {"value": 0.5},
+        "derivative_on_error": {"gain": 1.5, "time_constant": 0.01},
     },
     "elbow": {"deadband": {"width": 0.06}, "latency": {"delay": 0.033}, "velocity_limit": {"value": 1.5}},
 }

@@ -18,7 +18,7 @@ CASES = ("null", "single", "pair", "whole_pair", "unknown")
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 SECOND = ("latency", "proportional_gain", "torque_saturation", "viscous_damping", "deadband", "coulomb_friction")
-FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt", "position_offset")
+FIRST = (*SECOND, "payload", "velocity_limit", "base_tilt", "position_offset", "derivative_on_error")
 WHOLE_PAIRS = (("payload", "position_offset"), ("position_offset", "position_offset"), ("payload", "base_tilt"))
 FELT = {"single": 0.5, "whole_pair": 0.2}  # of what the offset of any joint does to weights, that one is to do
 
@@ -152,6 +152,9 @@ def with_effect(name: str, servo: Servo, rng: np.random.Generator) -> tuple[Serv
     if name == "velocity_limit":
         value = float(rng.uniform(0.8, 1.6))
         return replace(servo, velocity_limit=value), {"value": value}
+    if name == "derivative_on_error":
+        value, time = servo.viscous_damping * float(rng.uniform(0.3, 0.8)), float(rng.uniform(0.005, 0.02))
+        return replace(servo, error_rate_gain=value, error_filter=time), {"gain": value, "time_constant": time}
     value = servo.torque_limit * float(rng.uniform(0.35, 0.5))
     return replace(servo, torque_limit=value), {"limit": value}
 

@@ -32,6 +32,8 @@ class Servo:
     delay: float = 0.0  # s
     deadband: float = 0.0  # rad
     velocity_limit: float = np.inf  # rad/s
+    error_rate_gain: float = 0.0  # N·m·s/rad, on the rate of the error …
+    error_filter: float = 0.01  # … filtered by this, s
     offset: float = 0.0  # rad, by which its encoder shows more
     unknown: Torque | None = None
 
@@ -129,7 +131,7 @@ def _stepped(
     step: float,
 ) -> np.ndarray:
     sent = [deque([at] * round(servo.delay / step)) for servo, at in zip(servos, home, strict=True)]
-    points, last = list(home), [0.0] * len(servos)
+    points, last, filtered = list(home), [0.0] * len(servos), [0.0] * len(servos)
     out, count = np.empty(commands.shape), 0
     for k, command in enumerate(commands.tolist()):
         # A force acts half a step to either side of the position that it is given at: rows are half a step back.
@@ -152,6 +154,9 @@ def _stepped(
                 error = point - position
                 beyond = max(abs(error) - servo.deadband / 2, 0.0)
                 force = servo.proportional_gain * (beyond if error > 0 else -beyond)
+                rate = (error - filtered[j]) / servo.error_filter
+                filtered[j] += step * rate
+                force += servo.error_rate_gain * rate
                 force = min(max(force, -servo.torque_limit), servo.torque_limit)
                 # The engine's velocities are those in the middle of its last step: half a step on, they are these.
                 velocity, last[j] = 1.5 * newest - 0.5 * last[j], newest
