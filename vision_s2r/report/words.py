@@ -32,7 +32,8 @@ def _verdict(report: Mapping[str, Any]) -> str:
     if report["verdict"] == "partly_explained":
         rest = report["unexplained"]
         hint = f", like {listed(rest['resembles'])}" if rest.get("resembles") else ""
-        text += f" A rest of {percent(rest['share'])} is real and has another cause{hint}."
+        size = f" of {percent(rest['share'])}" if percent(rest["share"]) != percent(0.0) else ""
+        text += f" A rest{size} is real and has another cause{hint}."
     if apart:
         text += f" No simulator without that cause is better for {listed(apart)}: not in the patch."
     return text + (f" {worth(report['policy'])}" if report.get("policy") else "")
