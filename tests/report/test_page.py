@@ -51,7 +51,10 @@ def _written(report, tmp_path, shown=None):
         ({"verdict": "no_gap"}, "0.61 rad/s between them is no more than measurement noise (0.005 rad/s)"),
         ({"verdict": "unexplained"}, "a gap of 0.61 rad/s, 122 times measurement noise, that no known effect"),
         ({"verdict": "partly_explained"}, "A rest of 1 % is real and has another cause, like a torque of speed"),
-        ({"verdict": "partly_explained", "unexplained": {"share": 2e-4, "ci": [0, 4e-4], "where": []}}, "A rest is real"),
+        (
+            {"verdict": "partly_explained", "unexplained": {"share": 2e-4, "ci": [0, 4e-4], "where": []}},
+            "A rest is real",
+        ),
     ],
 )
 def test_the_verdict_is_a_sentence(tmp_path, changes, sentence):
