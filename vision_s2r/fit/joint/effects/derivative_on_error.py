@@ -6,7 +6,7 @@ from vision_s2r.fit.coordinates import ParameterRange, Setting, linear, log
 from vision_s2r.fit.joint.effect import JOINT_FITS, JointFit, Row
 from vision_s2r.fit.joint.track import JointTrack
 
-TIMES = (0.003, 0.012)  # s, of filters
+TIMES = (0.003, 0.01, 0.03)  # s, of filters
 
 
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
