@@ -11,9 +11,9 @@ from vision_s2r.joint.effect import JOINT_EFFECTS, JointEffect
 class DerivativeOnError(JointEffect):
     """Adds gain·d(target − θ)/dt, low-passed by a time constant, to a servo's u, before its limit.
 
-    The derivative term of a PID with a filter, on the error (Åström and Hägglund, Advanced PID Control, 2006, section
-    3.3). Beside derivative_gain, on θ̇ alone, it brakes as that does, but a target in motion takes the brake off; one
-    that jumps kicks, as hard as the limit lets it. The target counts as having stood still before an episode.
+    The derivative term of a PID with a filter, on the error (Åström and Hägglund, Advanced PID Control, 2006, chapter
+    3). It brakes as derivative_gain does, which is on θ̇ alone, but a target in motion takes the brake off, and one that
+    jumps kicks, as hard as the limit lets it. The target counts as having stood still before an episode.
     """
 
     name = "derivative_on_error"
