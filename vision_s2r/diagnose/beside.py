@@ -82,7 +82,9 @@ class BesideUnknownSearch:
         return self._fitted[effects]
 
     def _score(self, of: Hypothesis) -> float:
-        return float(of.extra[EVIDENCE]) - self._cfg.evidence * len(self._effects(of))
+        # Guesses that are off are done by whatever may do it: beside them more is asked of a name.
+        each = self._cfg.promising if self._case.guessed else self._cfg.evidence
+        return float(of.extra[EVIDENCE]) - each * len(self._effects(of))
 
     def _effects(self, of: Hypothesis) -> Names:
         return self._candidates & frozenset(of.values)
