@@ -1,0 +1,33 @@
+"""The search for effects beside something unknown, on evidence that is given."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from vision_s2r.diagnose.beside import BesideUnknownSearch
+from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.fit.case import NOMINAL, Hypothesis
+from vision_s2r.fit.selection import EVIDENCE
+
+
+class Evident:
+    """A case in which a limit brings 13 nats and friction 30, whatever the unknown is."""
+
+    discrepancies, segments = {"unknown": None}, 1
+
+    def __init__(self, guessed):
+        self.guessed = frozenset(guessed)
+
+    def fit(self, names, segments, start):
+        nats = 13.0 * ("limit" in names) + 30.0 * ("friction" in names)
+        return Hypothesis({name: {} for name in names - {"unknown"}}, {EVIDENCE: nats, "unknown": 1.0})
+
+    def starts_beside(self, beside, names):
+        return dict.fromkeys(names, (13.0, beside))
+
+
+@pytest.mark.parametrize(("guessed", "expected"), [((), {"friction", "limit"}), (("damping",), {"friction"})])
+def test_beside_guesses_more_is_asked_of_a_name(guessed, expected):
+    assessor = SimpleNamespace(cfg=SearchConfig(), left=lambda found: 0.0, begun=[])
+    search = BesideUnknownSearch(Evident(guessed), assessor, ["friction", "limit"], frozenset())
+    assert search.best([(frozenset(), NOMINAL)]).values.keys() == expected
