@@ -46,6 +46,7 @@ class Curves:
     allowance: float = 0.0
     rough: Names = frozenset()
     guessed: Names = frozenset()
+    motions: int = 1
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})
     discrepancies: Mapping[str, str] = field(default_factory=lambda: {"anything smooth": "a smooth curve"})

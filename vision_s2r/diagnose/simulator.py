@@ -85,7 +85,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         settled = Settled(found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm))
         weak = _weak(case, assessor, settled)
         if not weak:
-            return _with_causes(case, _without_vague(case, assessor, settled))
+            return _with_causes(case, _without_vague(case, assessor, _with_more(case, assessor, settled)))
         least = min(weak, key=lambda name: float(settled.parts[name].sum()))
         slight |= {least} - case.refitted
         found = replace(found, effects=found.effects - {least}) if weak[least] else _without(assessor, found, least)
@@ -152,6 +152,30 @@ def _without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
         gap, parts, stated = _parts(case, assessor, settled.found, best, settled.firm)
         gone = settled.vague | ((simulator.names - best.names) & causes)
         settled = replace(settled, simulator=best, gap=gap, parts=parts, stated=stated, vague=gone)
+
+
+def _with_more(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """With effects that free runs of several motions are surely better with, where something is left beside guesses.
+
+    Unnamed: predictions may not agree on their size, and stretches of one motion would take what is wrong on others.
+    """
+    simulator, floor = settled.simulator, case.floor(range(case.segments))
+    while _open(settled.found) and case.guessed and case.motions > 1:
+        free = sorted(case.library.keys() - simulator.names - case.not_excited.keys() - settled.harmful)
+        gains = case.screen(simulator.hypothesis, free)
+        promising = sorted(free, key=lambda name: -gains[name])[: assessor.cfg.contenders]
+        fits = assessor.assess([(simulator.names | {name}, simulator.hypothesis) for name in promising])
+        best = min((_of(case, assessor, each, each.names) for each in fits), key=_left, default=simulator)
+        relief = simulator.error - best.error
+        enough = relief.mean() >= (1 - BETTER**2) * (simulator.error - floor).mean()
+        if not enough or lower_bound(relief, SURE, assessor.seed) <= 0:
+            break
+        settled = replace(settled, slight=settled.slight | (best.names - simulator.names))
+        simulator = best
+    if simulator is settled.simulator:
+        return settled
+    gap, parts, stated = _parts(case, assessor, settled.found, simulator, settled.firm)
+    return replace(settled, simulator=simulator, gap=gap, parts=parts, stated=stated)
 
 
 def _left(simulator: Simulator) -> float:

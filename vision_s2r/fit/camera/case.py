@@ -77,6 +77,7 @@ class CameraCase:
     replaced: Mapping[str, float] = {}
     rough: Names = frozenset()
     guessed: Names = frozenset()
+    motions: int = 1
     refitted: Names = frozenset()
     metric = "pixel_rmse"
     unit = "grey levels"

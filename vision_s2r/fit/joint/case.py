@@ -88,6 +88,7 @@ class JointCase:
         # A servo's torque is known to nobody, and its constants are copied from elsewhere; a weight was weighed.
         weighed = {"gravity_torque"} if recording.nominal.get("gravity_torque") else set()
         self.guessed: Names = frozenset({*DYNAMICS} & self.library.keys() - weighed if recording.servo else ())
+        self.motions = len(recording)
         # The damping that a model believes in is in part the motor's, which goes with its drive. Where that is never
         # off, nothing but what is believed parts them.
         parted = off or bool(recording.nominal.get("back_emf"))
