@@ -173,6 +173,17 @@ def test_beside_guesses_and_something_unknown_a_name_closes_half_of_what_is_left
         assert names(found) == expected and found["gap"]["after"] <= found["gap"]["refitted"]
 
 
+def test_what_free_runs_of_several_motions_are_better_with_stays_in_the_simulator_unnamed() -> None:
+    """Of one motion, stretches would take what is wrong on another."""
+    y = recording(6, wave=0.6, other=np.sin(40 * np.pi * T))
+    one, several = (diagnosed(y, guessed=frozenset({"slope"}), motions=count) for count in (1, 6))
+    assert names(one) == names(several) == set()
+    assert several["gap"]["after"] < 0.92 * one["gap"]["after"]
+    kept = [{each["name"] for each in found["refitted"]} for found in (one, several)]
+    assert "wave" not in kept[0] and "wave" in kept[1]
+    assert next(line for line in several["candidates"] if line["name"] == "wave")["status"] == "undecided"
+
+
 def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     other = 0.5 * np.sin(40 * np.pi * T)
     found = diagnosed(recording(5, wave=0.5, other=other))
