@@ -221,14 +221,15 @@ class JointFitter(Fitter[JointSpace]):
     ) -> np.ndarray:
         """Starts [C, D] of a name, and beside them the same with the other coordinates moved [2 C, D].
 
-        Without those that change nothing, such as a limit beyond what is reached: no slope leads anywhere from there.
+        Without those that change nothing, such as a limit beyond what is reached: no slope leads anywhere from there, as it
+        does from a nominal value.
         """
         residuals, slopes = now
         weight = np.sqrt(influence(residuals, scale) * data.temper * data.weight[..., None])
         basis = (slopes * weight).reshape(before.size, weight.size)
         after = (self.observer.residuals(space, points, data.episodes) * weight).reshape(len(points), -1)
         change = np.linalg.norm(after - (residuals * weight).ravel(), axis=1)
-        telling = change >= INERT * change.max()
+        telling = (change >= INERT * change.max()) | (name in DYNAMICS)
         points, after = points[telling], after[telling]
         moved = points.copy()
         others = [k for k in range(space.size) if space.owner[k] != name]
