@@ -221,8 +221,8 @@ class JointFitter(Fitter[JointSpace]):
     ) -> np.ndarray:
         """Starts [C, D] of a name, and beside them the same with the other coordinates moved [2 C, D].
 
-        Without those that change nothing, such as a limit beyond what is reached: no slope leads anywhere from there, as it
-        does from a nominal value.
+        Without those that change nothing, such as a limit beyond what is reached: no slope leads anywhere from there.
+        From a nominal value one does.
         """
         residuals, slopes = now
         weight = np.sqrt(influence(residuals, scale) * data.temper * data.weight[..., None])
