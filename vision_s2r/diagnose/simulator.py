@@ -163,8 +163,12 @@ def _with_more(case: Case, assessor: Assessor, settled: Settled) -> Settled:
     while _open(settled.found) and case.guessed and case.motions > 1:
         free = sorted(case.library.keys() - simulator.names - case.not_excited.keys() - settled.harmful)
         gains = case.screen(simulator.hypothesis, free)
-        promising = sorted(free, key=lambda name: -gains[name])[: assessor.cfg.contenders]
-        fits = assessor.assess([(simulator.names | {name}, simulator.hypothesis) for name in promising])
+        promising = sorted(
+            (name for name in free if gains[name] > assessor.cfg.evidence), key=lambda name: -gains[name]
+        )
+        wanted = [(simulator.names | {name}, simulator.hypothesis) for name in promising[: assessor.cfg.contenders]]
+        # An encoder without steps has no size.
+        fits = [each for each in assessor.assess(wanted) if all(each.hypothesis.values.values())]
         best = min((_of(case, assessor, each, each.names) for each in fits), key=_left, default=simulator)
         relief = simulator.error - best.error
         enough = relief.mean() >= (1 - BETTER**2) * (simulator.error - floor).mean()

@@ -135,6 +135,13 @@ def test_a_servo_that_answers_to_how_fast_its_error_changes_is_told_from_one_tha
     assert found == pytest.approx(truth, rel=0.03)
 
 
+def test_an_encoder_without_steps_is_not_tried_where_something_is_left():
+    few = [each.name for each in JOINT_EFFECTS if each.name not in (*NOMINAL, "encoder_quantization")]
+    kick = {"derivative_on_error": {"gain": 0.2, "time_constant": 0.012}}
+    report = diagnose(a_servo(50.0, kick), DiagnoseConfig(withhold=few))
+    assert "explained" in report.verdict and "encoder_quantization" not in {each.name for each in report.refitted}
+
+
 def test_one_limit_is_named_rather_than_a_gain_and_a_constant_that_make_up_for_each_other():
     report = diagnose(a_servo(50.0, {"torque_saturation": {"limit": 6.0}}))
     assert [effect.name for effect in report.effects] == ["torque_saturation"]
