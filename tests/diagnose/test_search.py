@@ -295,7 +295,7 @@ def test_a_cause_is_stated_beside_a_name_that_no_free_run_holds() -> None:
     base = assessor.one(it.refitted)  # a simulator that is better without the wave, as one beside something unknown
     found = replace(settled.found, effects=frozenset({"wave"}))
     without = replace(settled, found=found, simulator=_of(it, assessor, base, base.names))
-    stated = _with_causes(it, without)
+    stated = _with_causes(it, without, it.guessed)
     assert stated.found.effects == {"slope", "wave"}
     assert all(name in stated.source(name)[0].values for name in stated.found.effects)
 

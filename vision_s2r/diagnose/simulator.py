@@ -85,10 +85,17 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         settled = Settled(found, simulator, harmful, slight, firm, *_parts(case, assessor, found, simulator, firm))
         weak = _weak(case, assessor, settled)
         if not weak:
-            return _with_causes(case, _without_vague(case, assessor, _with_more(case, assessor, settled)))
+            return _finished(case, assessor, _without_vague(case, assessor, settled))
         least = min(weak, key=lambda name: float(settled.parts[name].sum()))
         slight |= {least} - case.refitted
         found = replace(found, effects=found.effects - {least}) if weak[least] else _without(assessor, found, least)
+
+
+def _finished(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """With what free runs are better with; a guessed parameter is a cause where it is one with that and without."""
+    known = _with_causes(case, settled, case.guessed)
+    more = _with_more(case, assessor, settled)
+    return known if more is settled else _with_causes(case, more, known.found.effects)
 
 
 def _apart(case: Case, simulator: Simulator, firm: Names) -> Names:
@@ -186,12 +193,12 @@ def _left(simulator: Simulator) -> float:
     return float(simulator.error.mean())
 
 
-def _with_causes(case: Case, settled: Settled) -> Settled:
-    """With the guessed parameters that are causes, and known to differ from what they were guessed to be."""
+def _with_causes(case: Case, settled: Settled, among: Names) -> Settled:
+    """With the guessed parameters, of these, that are causes, and known to differ from what they were guessed to be."""
     found, simulator = settled.found, settled.simulator
     # Names that are sure beside something unknown may be in no simulator: then theirs is the fit that counts.
     final = simulator.assessment if found.effects <= simulator.names else found.final
-    causes = (_causes(case, settled) - found.effects) & final.names
+    causes = (_causes(case, settled) - found.effects) & final.names & among
     causes = frozenset(name for name in causes if not _as_believed(case, simulator.assessment, name))
     if not causes:
         return settled
