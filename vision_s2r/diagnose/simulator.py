@@ -166,27 +166,34 @@ def _with_more(case: Case, assessor: Assessor, settled: Settled) -> Settled:
 
     Unnamed: predictions may not agree on their size, and stretches of one motion would take what is wrong on others.
     """
-    simulator, floor = settled.simulator, case.floor(range(case.segments))
-    while _open(settled.found) and case.guessed and case.motions > 1:
-        free = sorted(case.library.keys() - simulator.names - case.not_excited.keys() - settled.harmful)
-        gains = case.screen(simulator.hypothesis, free)
-        promising = sorted(
-            (name for name in free if gains[name] > assessor.cfg.evidence), key=lambda name: -gains[name]
-        )
-        wanted = [(simulator.names | {name}, simulator.hypothesis) for name in promising[: assessor.cfg.contenders]]
-        # An encoder without steps has no size.
-        fits = [each for each in assessor.assess(wanted) if all(each.hypothesis.values.values())]
-        best = min((_of(case, assessor, each, each.names) for each in fits), key=_left, default=simulator)
-        relief = simulator.error - best.error
-        enough = relief.mean() >= (1 - BETTER**2) * (simulator.error - floor).mean()
-        if not enough or lower_bound(relief, SURE, assessor.seed) <= 0:
-            break
-        settled = replace(settled, slight=settled.slight | (best.names - simulator.names))
-        simulator = best
+    if not (_open(settled.found) and case.guessed and case.motions > 1):
+        return settled
+    simulator = settled.simulator
+    while more := _one_more(case, assessor, simulator, settled.harmful):
+        simulator = more
     if simulator is settled.simulator:
         return settled
+    slight = settled.slight | (simulator.names - settled.simulator.names)
     gap, parts, stated = _parts(case, assessor, settled.found, simulator, settled.firm)
-    return replace(settled, simulator=simulator, gap=gap, parts=parts, stated=stated)
+    return replace(settled, simulator=simulator, slight=slight, gap=gap, parts=parts, stated=stated)
+
+
+def _one_more(case: Case, assessor: Assessor, simulator: Simulator, harmful: Names) -> Simulator | None:
+    """The simulator with the effect that free runs are best with, if they surely are better with one."""
+    free = sorted(case.library.keys() - simulator.names - case.not_excited.keys() - harmful)
+    gains = case.screen(simulator.hypothesis, free)
+    promising = sorted((name for name in free if gains[name] > assessor.cfg.evidence), key=lambda name: -gains[name])
+    wanted = [(simulator.names | {name}, simulator.hypothesis) for name in promising[: assessor.cfg.contenders]]
+    # An encoder without steps has no size.
+    fits = [each for each in assessor.assess(wanted) if all(each.hypothesis.values.values())]
+    best = min((_of(case, assessor, each, each.names) for each in fits), key=_left, default=simulator)
+    relief, rest = simulator.error - best.error, simulator.error - case.floor(range(case.segments))
+    return best if _surely(assessor, relief, 1 - BETTER**2, rest) else None
+
+
+def _surely(assessor: Assessor, relief: np.ndarray, share: float, rest: np.ndarray) -> bool:
+    """Whether what is gained [segments] is this share of what was left, or more, and surely something."""
+    return bool(relief.mean() >= share * rest.mean()) and lower_bound(relief, SURE, assessor.seed) > 0
 
 
 def _left(simulator: Simulator) -> float:
@@ -278,14 +285,10 @@ def _idle(
         return None
     least = NEEDED if case.guessed else 1 - BETTER**2
     floor, idle = case.floor(range(case.segments)), {}
-
-    def large(relief: np.ndarray, rest: np.ndarray) -> bool:
-        return bool(relief.mean() >= least * rest.mean()) and lower_bound(relief, SURE, assessor.seed) > 0
-
     for name in sorted(found.effects - frozenset(case.certain) - case.refitted - firm):
         fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
         without = _of(case, assessor, fitted, fitted.names).error
-        much = any(large(without - each.error, without - floor) for each in (simulator, whole))
+        much = any(_surely(assessor, without - each.error, least, without - floor) for each in (simulator, whole))
         if not (much or _everywhere(assessor, simulator, fitted)):
             idle[name] = float((without - simulator.error).mean())
     return min(idle, key=lambda name: (idle[name], name), default=None)

@@ -32,10 +32,7 @@ JOINT_FITS.register(
         not_excited="too little motion, or torque at its limit",
         excited_by="a load that is known, held at rest",
         confusable=frozenset(
-            {
-                *("inertia", "viscous_damping", "coulomb_friction", "gravity_torque"),
-                *("load_dependent_friction", "torque_saturation"),
-            }
+            {"inertia", "viscous_damping", "coulomb_friction", "gravity_torque", "load_dependent_friction"}
         ),
     ),
 )

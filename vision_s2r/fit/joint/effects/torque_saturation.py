@@ -34,7 +34,7 @@ JOINT_FITS.register(
         plausible=plausible,
         not_excited="the torque never comes near a plausible limit",
         excited_by="{quantity} in steps of ±{peak:.3g} {unit} or more",
-        confusable=frozenset({"torque_speed_limit"}),
+        confusable=frozenset({"torque_speed_limit", "proportional_gain"}),
         along=("torque",),
     ),
 )
