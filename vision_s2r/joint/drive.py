@@ -71,7 +71,7 @@ def served(machine: JointMachine, target: float, position: float, velocity: floa
 
 @compiled
 def counted(machine: JointMachine, position: float) -> float:
-    """The position as the servo's encoder has it."""
+    """The position as the encoder shows it."""
     if machine.encoder_quantization_resolution > 0:
         return rounded(position, machine.encoder_quantization_resolution, machine.encoder_quantization_offset)
     return position

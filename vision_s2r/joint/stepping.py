@@ -11,8 +11,7 @@ import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
-from vision_s2r.joint.drive import glides, held, needs_velocity, steady
-from vision_s2r.joint.effects.encoder_quantization import rounded
+from vision_s2r.joint.drive import counted, glides, held, needs_velocity, steady
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
 from vision_s2r.joint.machine import COLUMNS, JointMachine, check
@@ -250,10 +249,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
                 two_masses_responses(machine, steps, responses[n])
             states[n, 2], states[n, 3], states[n, 4] = weight[0], weight[1], other
             states[n, 5], states[n, 6], states[n, 7] = velocity, 0.0, 0.0
-            resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
-            shown[n, 0], shown[n, 1] = position, velocity
-            if resolution > 0:
-                shown[n, 0] = rounded(position, resolution, offset)
+            shown[n, 0], shown[n, 1] = counted(machine, position), velocity
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)
     def advance(
@@ -301,9 +297,8 @@ def _compile(sources: str) -> tuple[Any, Any]:
                 )
                 (state[5], state[1], state[6], state[0], state[7]), (state[2], state[3]), state[4] = masses
             samples[n] = k + 1
-            resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
-            if resolution > 0:
-                position = rounded(state[0], resolution, offset)
+            if machine.encoder_quantization_resolution > 0:
+                position = counted(machine, state[0])
                 shown[n, 1] = (position - shown[n, 0]) / sample_time
                 shown[n, 0] = position
             else:
