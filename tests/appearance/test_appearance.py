@@ -32,7 +32,7 @@ from vision_s2r.gapbench.generate.appearance_scenes import (
     shaded,
     solids,
 )
-from vision_s2r.recording import CameraRecording, read
+from vision_s2r.recording import CameraRecording, from_pictures, read
 from vision_s2r.recording.write import write
 from vision_s2r.report.reading import library
 
@@ -57,7 +57,7 @@ def scenes(look: Look, real: Look, seed: int = 0, more: tuple[Solid, ...] = ()) 
         parts.append((*(np.round(each * 255).astype(np.uint8) for each in (noisy, pair[0])), labels, depth))
     real_pictures, sim, labels, depth = (np.stack(each) for each in zip(*parts, strict=True))
     centre = (SIZE - 1) / 2
-    return CameraRecording.from_arrays(
+    return from_pictures(
         real_pictures, sim, labels=labels, depth=np.round(depth, 3), intrinsics=(FOCAL, FOCAL, centre, centre)
     )
 

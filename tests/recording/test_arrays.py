@@ -6,7 +6,7 @@ import pytest
 from recordings import NOMINAL, a_camera, a_joint
 
 from vision_s2r.errors import UserError
-from vision_s2r.recording import CameraRecording, JointRecording, read, write
+from vision_s2r.recording import from_arrays, from_pictures, from_table, read, write
 
 HEAD = {"nominal": NOMINAL, "sample_time": 0.01}
 
@@ -23,14 +23,14 @@ def test_arrays_a_table_and_a_folder_are_one_joint(tmp_path):
     joint = a_joint()
     position, velocity = joint.position.copy(), list(joint.velocity)
     position[1, 60:], velocity[1] = np.nan, velocity[1][:60]  # both ways of saying that an episode is shorter
-    arrays = JointRecording.from_arrays(position=position, velocity=velocity, current=joint.command, **HEAD)
+    arrays = from_arrays(position=position, velocity=velocity, current=joint.command, **HEAD)
     assert arrays.lengths.tolist() == [120, 60, 120] and np.isnan(arrays.velocity[1, 60:]).all()
     folder = write(arrays, tmp_path / "log")
     same(arrays, read(folder))
     frame = pandas.read_csv(folder / "joint.csv")
-    same(arrays, JointRecording.from_table(frame, **HEAD))
-    same(arrays, JointRecording.from_table(frame.drop(columns="t"), **HEAD))
-    one = JointRecording.from_arrays(position=position[0], current=joint.command[0], **HEAD)
+    same(arrays, from_table(frame, **HEAD))
+    same(arrays, from_table(frame.drop(columns="t"), **HEAD))
+    one = from_arrays(position=position[0], current=joint.command[0], **HEAD)
     assert len(one) == 1 and one.velocity is None
 
 
@@ -39,9 +39,9 @@ def test_pictures_and_a_folder_are_one_camera(tmp_path):
     read_again = read(write(camera, tmp_path / "pictures"))
     whole = {name: np.rint(getattr(camera, name) * 255).astype(np.uint8) for name in ("real", "sim")}
     beside = {"labels": camera.labels, "mask": camera.mask, "intrinsics": camera.intrinsics}
-    same(read_again, CameraRecording.from_arrays(**whole, **beside))
-    same(read_again, CameraRecording.from_arrays(camera.real, camera.sim, **beside))
-    assert CameraRecording.from_arrays(camera.real[..., 0], camera.sim[..., 0]).grey
+    same(read_again, from_pictures(**whole, **beside))
+    same(read_again, from_pictures(camera.real, camera.sim, **beside))
+    assert from_pictures(camera.real[..., 0], camera.sim[..., 0]).grey
 
 
 @pytest.mark.parametrize(
@@ -57,7 +57,7 @@ def test_pictures_and_a_folder_are_one_camera(tmp_path):
 )
 def test_what_is_wrong_with_arrays_is_one_line(columns, message):
     with pytest.raises(UserError, match=message):
-        JointRecording.from_arrays(**columns, **HEAD)
+        from_arrays(**columns, **HEAD)
 
 
 def test_what_is_wrong_with_pictures_is_one_line():
@@ -69,4 +69,4 @@ def test_what_is_wrong_with_pictures_is_one_line():
         (fine[0], fine, "at least 4 pictures|expected"),
     ):
         with pytest.raises(UserError, match=message):
-            CameraRecording.from_arrays(real, sim)
+            from_pictures(real, sim)

@@ -21,7 +21,7 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.files import write
 from vision_s2r.identify.identify import identify
 from vision_s2r.progress import tracked
-from vision_s2r.recording import JointRecording
+from vision_s2r.recording import JointRecording, from_arrays
 from vision_s2r.report.reading import diagnosed, values
 
 ANALYTIC, IDENTIFIED, DIAGNOSED = "analytic", "identified", "diagnosed"
@@ -127,7 +127,7 @@ def as_recording(cfg: DriveConfig, seen: DriveLog) -> JointRecording:
     asked = np.clip(cfg.stiffness * seen.error - cfg.damping * seen.velocity, -cfg.torque_limit, cfg.torque_limit)
     known: dict[str, Any] = vars(nominal(cfg))
     wanted = ("inertia", "viscous_damping", "coulomb_friction")
-    return JointRecording.from_arrays(
+    return from_arrays(
         nominal={name: known[name] for name in wanted},
         sample_time=cfg.sample_time,
         torque=asked,

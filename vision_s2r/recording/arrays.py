@@ -15,8 +15,19 @@ from vision_s2r.recording.data import CameraRecording, JointRecording
 HERE = Path("arrays")  # in the place of a file's name in messages; a line is a sample there
 
 
-def joint_of_arrays(head: Mapping[str, Any], columns: Mapping[str, Any]) -> JointRecording:
-    """See `JointRecording.from_arrays`: `head` as recording.yaml has it, columns by episode."""
+def from_arrays(
+    *,
+    nominal: Mapping[str, float],
+    sample_time: float,
+    units: Literal["rotary", "linear"] = "rotary",
+    control: Mapping[str, float] | None = None,
+    **columns: Any,
+) -> JointRecording:
+    """A joint's recording from arrays, named as the columns of joint.csv: position, current (or torque, target) …
+
+    Each is one episode [T], several [E, T] (NaN in position after the end of shorter ones), or a list of [T].
+    `nominal`, `sample_time` (s), `units` and `control` are as in recording.yaml. Raises UserError as `read` does.
+    """
     split = {name: _by_episode(name, values) for name, values in columns.items() if values is not None}
     if "position" not in split:
         raise UserError(f"{HERE}: missing position")
@@ -26,11 +37,23 @@ def joint_of_arrays(head: Mapping[str, Any], columns: Mapping[str, Any]) -> Join
             raise UserError(f"{HERE}: {name} and position are of different lengths, expected as many samples of each")
     rows = {name: np.concatenate([v[:n] for v, n in zip(some, lengths, strict=True)]) for name, some in split.items()}
     rows["episode"] = np.repeat(np.arange(len(lengths)), lengths)
-    return joint_of_table(head, rows)
+    return from_table(rows, nominal=nominal, sample_time=sample_time, units=units, control=control)
 
 
-def joint_of_table(head: Mapping[str, Any], columns: Any) -> JointRecording:
-    """See `JointRecording.from_table`: `head` as recording.yaml has it, columns as joint.csv has them."""
+def from_table(
+    columns: Any,
+    *,
+    nominal: Mapping[str, float],
+    sample_time: float,
+    units: Literal["rotary", "linear"] = "rotary",
+    control: Mapping[str, float] | None = None,
+) -> JointRecording:
+    """A joint's recording from a pandas frame, or a mapping of arrays [rows], with the columns of joint.csv.
+
+    Without `episode` it is one; without `t`, rows are `sample_time` (s) apart. Else as `from_arrays`.
+    """
+    head: dict[str, Any] = {"sample_time": sample_time, "units": units, "nominal": dict(nominal)}
+    head |= {} if control is None else {"control": dict(control)}
     rows = {str(name): np.asarray(columns[name], dtype=np.float64) for name in columns}
     count = len(next(iter(rows.values()), ()))
     rows.setdefault("episode", np.zeros(count))
@@ -38,7 +61,7 @@ def joint_of_table(head: Mapping[str, Any], columns: Any) -> JointRecording:
         starts = {number: np.flatnonzero(rows["episode"] == number) for number in np.unique(rows["episode"])}
         rows["t"] = np.zeros(count)
         for some in starts.values():
-            rows["t"][some] = np.arange(len(some)) * float(head["sample_time"])
+            rows["t"][some] = np.arange(len(some)) * float(sample_time)
     joint.check_names(list(rows), HERE)
     lines = np.arange(count)
     table.check_values(rows, lines, HERE)
@@ -58,21 +81,28 @@ def _by_episode(name: str, values: Any) -> list[np.ndarray]:
     return found
 
 
-def camera_of_arrays(
+def from_pictures(
     real: np.ndarray,
     sim: np.ndarray,
-    pairing: Literal["paired", "unpaired"],
-    encoding: Literal["srgb", "linear"],
-    beside: Mapping[str, np.ndarray | None],
-    intrinsics: Sequence[float] | None,
+    *,
+    pairing: Literal["paired", "unpaired"] = "paired",
+    encoding: Literal["srgb", "linear"] = "srgb",
+    labels: np.ndarray | None = None,
+    mask: np.ndarray | None = None,
+    depth: np.ndarray | None = None,
+    intrinsics: Sequence[float] | None = None,
 ) -> CameraRecording:
-    """See `CameraRecording.from_arrays`; `beside` has labels, mask and depth, each an array or None."""
+    """A camera's recording from pictures [N, H, W, 3] RGB or [N, H, W]: uint8, uint16, or from 0 to 1 of 8 bits.
+
+    `labels`, `mask` and `depth` (m, 0 where unknown) are [N, H, W] of `sim`; `intrinsics` fx, fy, cx, cy in px.
+    Raises UserError as `read` does.
+    """
     header.choice({"pairing": pairing}, "pairing", ("paired", "unpaired"), str(HERE))
     header.choice({"encoding": encoding}, "encoding", ("srgb", "linear"), str(HERE))
     real, sim = _pictures(real, "real"), _pictures(sim, "sim")
     if real.shape[1:3] != sim.shape[1:3] or (pairing == "paired" and len(real) != len(sim)):
         raise UserError(f"{HERE}: real is {real.shape} and sim {sim.shape}, expected as many pictures of one size")
-    for name, each in beside.items():
+    for name, each in (("labels", labels), ("mask", mask), ("depth", depth)):
         if each is not None and each.shape != sim.shape[:3]:
             raise UserError(f"{HERE}: {name} is {each.shape}, expected {sim.shape[:3]} like sim")
     bits = 16 if real.dtype == np.uint16 else 8
@@ -82,9 +112,9 @@ def camera_of_arrays(
         encoding=encoding,
         sim=_unit(sim),
         real=_unit(real),
-        labels=_as(beside["labels"], np.uint8),
-        mask=_as(beside["mask"], np.bool_),
-        depth=_as(beside["depth"], np.float32),
+        labels=_as(labels, np.uint8),
+        mask=_as(mask, np.bool_),
+        depth=_as(depth, np.float32),
         intrinsics=None if intrinsics is None else np.asarray(intrinsics, dtype=np.float64),
         bits=bits,
         grey=grey,

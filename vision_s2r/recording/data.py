@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias, TypeVar, cast
+from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
@@ -39,43 +39,6 @@ class JointRecording:
     gains: np.ndarray | None = None  # float64 [E]: factor of both gains of a servo, episode by episode; None: 1
 
     kind = "joint"
-
-    @classmethod
-    def from_arrays(
-        cls,
-        *,
-        nominal: Mapping[str, float],
-        sample_time: float,
-        units: Literal["rotary", "linear"] = "rotary",
-        control: Mapping[str, float] | None = None,
-        **columns: Any,
-    ) -> "JointRecording":
-        """A recording from arrays, named as the columns of joint.csv: position, current (or torque, force, target) …
-
-        Each is one episode [T], several [E, T] (NaN in position after the end of shorter ones), or a list of [T].
-        `nominal`, `sample_time` (s), `units` and `control` are as in recording.yaml. Raises UserError as `read` does.
-        """
-        from vision_s2r.recording.arrays import joint_of_arrays
-
-        return joint_of_arrays(_head(nominal, sample_time, units, control), columns)
-
-    @classmethod
-    def from_table(
-        cls,
-        table: Any,
-        *,
-        nominal: Mapping[str, float],
-        sample_time: float,
-        units: Literal["rotary", "linear"] = "rotary",
-        control: Mapping[str, float] | None = None,
-    ) -> "JointRecording":
-        """A recording from a pandas frame, or a mapping of arrays [rows], with the columns of joint.csv.
-
-        Without `episode` it is one; without `t`, rows are `sample_time` (s) apart. Else as `from_arrays`.
-        """
-        from vision_s2r.recording.arrays import joint_of_table
-
-        return joint_of_table(_head(nominal, sample_time, units, control), table)
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -118,30 +81,6 @@ class CameraRecording:
     label_names: Mapping[int, str] = field(default_factory=dict)  # what labels are called, of those that have a name
 
     kind = "camera"
-
-    @classmethod
-    def from_arrays(
-        cls,
-        real: np.ndarray,
-        sim: np.ndarray,
-        *,
-        pairing: Literal["paired", "unpaired"] = "paired",
-        encoding: Literal["srgb", "linear"] = "srgb",
-        labels: np.ndarray | None = None,
-        mask: np.ndarray | None = None,
-        depth: np.ndarray | None = None,
-        intrinsics: Sequence[float] | None = None,
-    ) -> "CameraRecording":
-        """A recording from pictures [N, H, W, 3] RGB or [N, H, W]: uint8, uint16, or numbers from 0 to 1 of 8 bits.
-
-        `labels`, `mask` and `depth` (m, 0 where unknown) are [N, H, W] of `sim`; `intrinsics` fx, fy, cx, cy in px.
-        Raises UserError as `read` does.
-        """
-        from vision_s2r.recording.arrays import camera_of_arrays
-
-        return camera_of_arrays(
-            real, sim, pairing, encoding, {"labels": labels, "mask": mask, "depth": depth}, intrinsics
-        )
 
     def __len__(self) -> int:
         return len(self.real)
@@ -213,14 +152,6 @@ class ArmRecording:
 
 Recording: TypeAlias = JointRecording | CameraRecording | ContactRecording | ArmRecording
 R = TypeVar("R", JointRecording, CameraRecording, ContactRecording, ArmRecording)
-
-
-def _head(
-    nominal: Mapping[str, float], sample_time: float, units: str, control: Mapping[str, float] | None
-) -> dict[str, Any]:
-    """What recording.yaml holds."""
-    head: dict[str, Any] = {"sample_time": sample_time, "units": units, "nominal": dict(nominal)}
-    return head if control is None else head | {"control": dict(control)}
 
 
 def split(recording: R, units: Sequence[int]) -> R:

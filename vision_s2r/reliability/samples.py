@@ -19,7 +19,15 @@ from vision_s2r.grasp import GraspConfig, GraspPolicy
 from vision_s2r.grasp.forms import build
 from vision_s2r.imports import SOURCES, ImportOptions
 from vision_s2r.networks.unet import NetworkConfig, UNet
-from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read, write
+from vision_s2r.recording import (
+    CameraRecording,
+    ContactRecording,
+    JointRecording,
+    from_arrays,
+    from_pictures,
+    read,
+    write,
+)
 from vision_s2r.recording.robot import read_robot
 from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.report import GapReport
@@ -60,13 +68,13 @@ def a_joint() -> JointRecording:
     """Two episodes of a joint that follows a current."""
     wave = np.sin(np.array([[3.0], [5.0]]) * TIMES)
     nominal = {"torque_constant": 0.5, "inertia": 0.02, "viscous_damping": 0.1, "coulomb_friction": 0.02}
-    return JointRecording.from_arrays(nominal=nominal, sample_time=0.01, current=wave, position=0.5 * wave)
+    return from_arrays(nominal=nominal, sample_time=0.01, current=wave, position=0.5 * wave)
 
 
 def a_camera() -> CameraRecording:
     """Random pictures and what a camera saw of them."""
     pictures = np.random.default_rng(0).integers(0, 255, (2, 4, 20, 24, 3)).astype(np.uint8)
-    return CameraRecording.from_arrays(pictures[0], pictures[1], intrinsics=(30.0, 30.0, 11.5, 9.5))
+    return from_pictures(pictures[0], pictures[1], intrinsics=(30.0, 30.0, 11.5, 9.5))
 
 
 def a_contact() -> ContactRecording:
