@@ -19,7 +19,7 @@ def test_short_steps_carry_their_slopes_on_to_the_same_optimum(monkeypatch: pyte
     for short in (0.0, fitting._SHORT):
         monkeypatch.setattr(fitting, "_SHORT", short)
         asked.clear()
-        found, _ = gauss_newton(case._target, start, list(start), [0, 1], 8)
+        found, _ = gauss_newton(case._fitter.target, start, list(start), [0, 1], 8)
         ends.append((found, len(asked)))
     (one, often), (other, seldom) = ends
     assert seldom < often

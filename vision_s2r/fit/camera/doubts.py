@@ -1,0 +1,200 @@
+"""What to believe of an effect that was found: whether it can be seen, and whether it is a stand-in for another."""
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.effects import Effect
+from vision_s2r.fit.camera import excitation
+from vision_s2r.fit.camera.area import inside_of, seen_behind
+from vision_s2r.fit.camera.consistency import (
+    ALLOWED,
+    BY_CHANNEL,
+    COLOURS,
+    DIRECTION,
+    EVERY,
+    GEOMETRIC,
+    PARITY,
+    disagreement,
+)
+from vision_s2r.fit.camera.coordinates import at_scale
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
+from vision_s2r.fit.camera.fitter import CameraFitter
+from vision_s2r.fit.camera.grain import REMEMBERED, of_frame_before
+from vision_s2r.fit.camera.predictor import CameraPredictor
+from vision_s2r.fit.camera.scoring import predicted_noise
+from vision_s2r.fit.camera.study import Study
+from vision_s2r.fit.camera.uncertainty import CameraUncertainty
+from vision_s2r.fit.case import Hypothesis, Values
+
+_NEGLIGIBLE = 0.01  # mean squared change, in units of the noise, that nobody could see
+_ROUNDED = 1.5  # times the variance of rounding, likewise
+_SHOWING = 500  # samples of a brightness, that tell how noisy it is
+_STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
+_SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
+_ASKED = 16  # frames, the most telling, whose parts are asked for the size of an effect
+
+
+class CameraDoubts:
+    """What speaks against effects of a hypothesis."""
+
+    def __init__(
+        self,
+        study: Study,
+        predictor: CameraPredictor,
+        fitter: CameraFitter,
+        uncertainty: CameraUncertainty,
+        library: Mapping[str, Effect],
+        certain: Collection[str],
+        bits: int,
+    ) -> None:
+        """`certain`: effects that are known to be there; `bits` of the real pictures' values."""
+        self._study, self._predictor, self._fitter, self._uncertainty = study, predictor, fitter, uncertainty
+        self._library, self._certain, self._bits = library, frozenset(certain), bits
+        self._count = len(study.pictures.real)
+
+    @torch.inference_mode()
+    def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether switching the effect off changes nothing that could be seen above the simulator's tolerance."""
+        values, stage = hypothesis.values, CAMERA_FITS[name].stage
+        if name in self._certain:
+            return False
+        if stage in APART:
+            return bool(self._library[name].is_neutral(values[name]))
+        if excitation.faint(name, values, self._study.pictures.scale) or self._within_a_lens(name, values):
+            return True
+        without = {each: value for each, value in values.items() if each != name}
+        if name in of_stage("noise"):
+            return self._unseen_noise(values, without)
+        few = self._fitter.few(range(self._count))
+        (mean, variance), (other, other_variance) = (self._predictor.mean(each, few) for each in (values, without))
+        yardstick = self._study.yardstick
+        if name == "jpeg_compression":
+            other, mean = mean, self._predictor.encoded(mean, values)
+        squared = (mean - other).square()
+        beside = at_stage(values, "scene") and stage in ("scene", "light", "tone")
+        if beside and float(squared.mean().sqrt()) < self._least_beside_surfaces(hypothesis, few):
+            return True
+        spread, other_spread = (predicted_noise(yardstick, each, mean).sqrt() for each in (variance, other_variance))
+        return self._unseen(squared + (spread - other_spread).square(), few)
+
+    def _least_beside_surfaces(self, hypothesis: Hypothesis, few: list[int]) -> float:
+        """What can be seen there: colours are rendered to a step, and which way surfaces face is known to a degree."""
+        left = self._predictor.residual(hypothesis, few, lit=True)[0]
+        counted = self._study.yardstick.counted[few].expand_as(left)
+        return max(_STEP, _BESIDE_REST * float(left[counted].square().mean().sqrt()))
+
+    def _unseen(self, squared: Tensor, few: list[int]) -> bool:
+        """Whether nobody could see squared changes [B, C, H, W] of frames."""
+        yardstick = self._study.yardstick
+        counted = yardstick.counted[few].expand_as(squared)
+        if not counted.any():
+            return True
+        change = squared[counted]
+        # A blur makes of a rounded slope what it was: the simulator's own rounding is no effect.
+        rounding = (self._study.pictures.scale / (2**self._bits - 1)) ** 2 / 12
+        seen = float((change / yardstick.variance[few].expand_as(squared)[counted]).mean())
+        return seen < _NEGLIGIBLE or float(change.mean()) < _ROUNDED * rounding
+
+    def _within_a_lens(self, name: str, values: Values) -> bool:
+        """Whether a warp moves things less than another one may move them otherwise than its definition."""
+        fit = CAMERA_FITS[name]
+        if fit.stage != "warp" or fit.by_channel:
+            return False
+        others = [each for each in at_stage(values, "warp") if each != name]
+        allowed = sum(CAMERA_FITS[each].otherwise * self._moved(each, values) for each in others)
+        return self._moved(name, values) < allowed
+
+    def _moved(self, name: str, values: Values) -> float:
+        """How far a warp moves things, px (root mean square over the picture)."""
+        pictures, own = self._study.pictures, at_scale(name, values[name], self._study.pictures.scale)
+        moved = pictures.looked(CAMERA_EFFECTS[name], own) - pictures.places(1)
+        return float(moved.square().sum(0).mean().sqrt())
+
+    def _unseen_noise(self, values: Values, without: Values) -> bool:
+        """Whether no brightness shows what differs in noise: read noise shows in the dark, and may nowhere else."""
+        noise, bins = self._study.yardstick.noise, self._study.bins
+        variance, counts = bins.variance(range(self._count))
+        usable = np.isfinite(variance) & (counts > _SHOWING)
+        spread, other = (np.sqrt(noise.at(each, bins.values)[usable]) for each in (values, without))
+        return not usable.any() or float(((spread / other - 1) ** 2).max()) < _NEGLIGIBLE
+
+    def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether the effect sits at a bound, or differs between frames or parts of them more than a camera's does."""
+        values = hypothesis.values[name]
+        for parameter in self._library[name].parameters:
+            if parameter.neutral is None or name == "jpeg_compression":
+                continue
+            if (
+                values[parameter.name] in (parameter.low, parameter.high)
+                and values[parameter.name] != parameter.neutral
+            ):
+                return True
+        stage = CAMERA_FITS[name].stage
+        if stage in APART:
+            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
+        if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
+            return bool(hypothesis.extra["levels"].coefficients.size)
+        found = self._disagreements(hypothesis.values, name)
+        # What scales light scales the edges that a warp or a blur moves.
+        axes = EVERY if stage in ("light", "tone") else GEOMETRIC
+        if _differs(found, axes) or _between_channels(name, found):
+            return True
+        if not charted([name]):
+            return False
+        return self._uncertainty.spread(hypothesis).relative.get(name, 0.0) > _SPREAD
+
+    def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether rows, columns or channels ask for another size of it, even where no more than noise is left.
+
+        Or edges that run another way, of what moves or blurs them.
+        """
+        stage = CAMERA_FITS[name].stage
+        if stage in APART:
+            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
+        found = self._disagreements(hypothesis.values, name)
+        axes = (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY
+        return _differs(found, axes) or _between_channels(name, found)
+
+    @torch.inference_mode()
+    def _mixed(self, values: Values) -> bool:
+        """Whether what is left shows the frame before, and so is no grain."""
+        pictures, yardstick = self._study.pictures, self._study.yardstick
+        mean = self._predictor.frames(values, range(self._count), lit=True)[0]
+        left = pictures.real - self._predictor.encoded(mean, values)
+        return of_frame_before(left, mean, yardstick.counted) > REMEMBERED
+
+    @torch.inference_mode()
+    def _shows_behind(self, values: Values, name: str) -> bool:
+        """Whether what was rendered shows in an area that something else is said to fill: then it is light upon it."""
+        pictures = self._study.pictures
+        mean = self._predictor.frames(values, range(self._count), lit=True)[0]
+        inside = inside_of(values[name], pictures.sim.shape[-2:], pictures.scale)
+        return seen_behind(pictures.real, mean, self._study.yardstick.counted & inside)
+
+    @torch.inference_mode()
+    def _disagreements(self, values: Values, name: str) -> dict[str, float]:
+        """By axis, how much more of the effect some pixels ask for than others; none of noise."""
+        if CAMERA_FITS[name].stage not in ("warp", "blur", "light", "tone"):
+            return {}
+        asked = sorted(self._study.ranked[:_ASKED])
+        mean, _, weight = self._predictor.frames(values, asked, lit=True)
+        without = {each: value for each, value in values.items() if each != name}
+        other = self._predictor.frames(without, asked, lit=True)[0]
+        left = self._study.pictures.real[asked] - self._predictor.encoded(mean, values)
+        return disagreement(mean - other, left, weight, other)
+
+
+def _differs(found: Mapping[str, float], axes: Sequence[str]) -> bool:
+    """Whether an effect is of another size along one of these axes."""
+    return max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED
+
+
+def _between_channels(name: str, found: Mapping[str, float]) -> bool:
+    """Whether channels, or their sites on a sensor, ask for other sizes of what moves or blurs all of them alike."""
+    fit = CAMERA_FITS[name]
+    most = max((found[axis] for axis in COLOURS if axis in found), default=0.0)
+    return fit.stage in ("warp", "blur") and not fit.by_channel and most > BY_CHANNEL

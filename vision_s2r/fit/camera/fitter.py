@@ -1,0 +1,157 @@
+"""Fits of a camera's hypotheses: effects that move pictures, noise, grain and areas, then something unknown."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import asdict
+
+import torch
+from torch import Tensor
+
+from vision_s2r.appearance import label_of
+from vision_s2r.fit.camera import discrepancy
+from vision_s2r.fit.camera.area import area_of, inside_of
+from vision_s2r.fit.camera.coordinates import at_scale, bounded, neutral, starts
+from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
+from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
+from vision_s2r.fit.camera.grain import grain_of
+from vision_s2r.fit.camera.noise import Tail
+from vision_s2r.fit.camera.predictor import CameraPredictor
+from vision_s2r.fit.camera.reference import fitted_variance
+from vision_s2r.fit.camera.study import Study, frames_of_a_fit
+from vision_s2r.fit.case import Hypothesis, Names, Segments, Values
+
+_DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
+
+
+class CameraFitter:
+    """Maximum likelihood on some frames; each set of names on the same frames once."""
+
+    def __init__(
+        self, study: Study, predictor: CameraPredictor, effects: Collection[str], discrepancies: Collection[str]
+    ) -> None:
+        """`effects` and `discrepancies` are the names that there are."""
+        self._study, self._predictor = study, predictor
+        self._effects, self._discrepancies = frozenset(effects), frozenset(discrepancies)
+        pictures, counted = study.pictures, study.yardstick.counted
+        if study.area is not None:
+            counted = counted & ~inside_of(study.area, counted.shape[-2:])
+        self.target = Target(pictures, fitted_variance(pictures, study.yardstick.variance), counted)
+        self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
+        self._noises: dict[tuple[object, ...], dict[str, dict[str, float]]] = {}
+        self._count, self._frames = len(pictures.real), frames_of_a_fit(pictures)
+
+    def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
+        key = (names, tuple(segments))
+        if key not in self._fits:
+            self._fits[key] = self._fit(names, tuple(segments), start)
+        return self._fits[key]
+
+    @torch.inference_mode()
+    def _fit(self, names: Names, segments: tuple[int, ...], start: Hypothesis | None) -> Hypothesis:
+        plain = frozenset(names & self._effects)
+        apart = at_stage(sorted(plain), *APART)
+        plain -= frozenset(apart)
+        unknown = sorted(names & self._discrepancies)
+        # An unknown is fitted to what the effects leave, which are the same whatever stands beside them.
+        beside = unknown or apart
+        values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
+        values = dict(values) | self.fit_apart(values, apart, segments)
+        return Hypothesis(values, self._fit_discrepancies(values, unknown, list(segments)))
+
+    def _fit_effects(
+        self, names: Names, segments: tuple[int, ...], start: Hypothesis | None
+    ) -> dict[str, dict[str, float]]:
+        effects = sorted(names)
+        few = self.few(segments)
+        values = self._begin(frozenset(effects), start, few)
+        noisy = [name for name in effects if name in of_stage("noise")]
+        moving = charted(effects)
+        if noisy:
+            values |= self.fit_noise(values, noisy, segments)
+        whole = len(segments) == self._count
+        found = gauss_newton(self.target, values, moving, few, 6 if whole else 3)[0]
+        if "low_resolution" in names:
+            found = search_factor(self.target, found, few)[0]
+            found = gauss_newton(self.target, found, moving, few, 2)[0]
+        if noisy and moving:
+            found = {**found, **self.fit_noise(found, noisy, segments)}
+        return {name: dict(found[name]) for name in effects}
+
+    def fit_noise(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
+        """The noise of `names`, for which only the tone of `values` matters: most hypotheses have the same."""
+        tone = {name: value for name, value in values.items() if name in of_stage("tone")}
+        tail = Tail.of(tone, self._study.pictures.encoding, self._study.pictures.sim.shape[1])
+        key = (tail, tuple(names), tuple(segments))
+        if key not in self._noises:
+            self._noises[key] = self._study.yardstick.noise.fit(tone, names, self._study.bins, segments)
+        return {name: dict(value) for name, value in self._noises[key].items()}
+
+    def fit_apart(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
+        """The grain of labels, and the area of a missing object, in what effects leave; of no size if there is none."""
+        found: dict[str, dict[str, float]] = {}
+        surfaces = self._study.pictures.surfaces
+        if not names or surfaces is None:
+            return found
+        mean, _, _ = self._predictor.frames(values, segments, lit=True)
+        residual = self._study.pictures.real[list(segments)] - self._predictor.encoded(mean, values)
+        for name in names:
+            if CAMERA_FITS[name].stage == "area":
+                found[name] = self._fit_area(name, residual, segments)
+                continue
+            region, counted = surfaces.of(segments).region(label_of(name) or 0), self.target.counted[list(segments)]
+            grain = grain_of(residual, mean, region, counted, self._study.pictures.encoding)
+            found[name] = {"amplitude": 0.0, "scale": 6.0} if grain is None else bounded(name, asdict(grain))
+        return found
+
+    def _fit_area(self, name: str, residual: Tensor, segments: Sequence[int]) -> dict[str, float]:
+        yardstick, surfaces = self._study.yardstick, self._study.pictures.surfaces
+        chosen = list(segments)
+        squared = (residual.square() / yardstick.variance[chosen]).mean(1)
+        assert surfaces is not None
+        area = area_of(squared, yardstick.counted[chosen], surfaces.shares[chosen])
+        if area is None:
+            return neutral(name, self._study.pictures.optics)
+        return at_scale(name, area, 1 / self._study.pictures.scale)
+
+    def few(self, segments: Sequence[int]) -> list[int]:
+        """The frames that show most, of these."""
+        return sorted([segment for segment in self._study.ranked if segment in set(segments)][: self._frames])
+
+    def _begin(self, names: Names, start: Hypothesis | None, few: list[int]) -> dict[str, dict[str, float]]:
+        """Values of all of `names` from which a fit of them should end well."""
+        noises = of_stage("noise")
+        moving = names - noises
+        values: dict[str, dict[str, float]] = {}
+        known = dict(start.values) if start is not None and names <= start.values.keys() else self._study.known(moving)
+        if known is None:
+            known = dict(start.values) if start is not None else {}
+        for name in sorted(names):
+            if name in known:
+                values[name] = dict(known[name])
+            elif name == "jpeg_compression":
+                values[name] = {"quality": float(self._study.jpeg[0] if self._study.jpeg else 90)}
+            elif name in noises:
+                values[name] = dict(starts(name, self._study.pictures.optics)[0])
+        for name in sorted(moving - values.keys()):
+            options = starts(name, self._study.pictures.optics)
+            if name in self._study.reference:
+                options = [dict(self._study.reference[name]), *options]
+            values = {
+                each: dict(value) for each, value in best_start(self.target, values, name, few[:2], options).items()
+            }
+        return values
+
+    def _fit_discrepancies(
+        self, values: Values, names: list[str], segments: list[int]
+    ) -> dict[str, discrepancy.FittedDiscrepancy]:
+        fitted: dict[str, discrepancy.FittedDiscrepancy] = {}
+        if not names:
+            return fitted
+        segments = segments[: max(_DISCREPANCY_VALUES // self._study.pictures.sim[0].numel(), 2)]
+        mean, _, weight = self._predictor.frames(values, segments, lit=True)
+        residual = self._study.pictures.real[segments] - self._predictor.encoded(mean, values)
+        added = torch.zeros_like(mean)
+        for name in names:
+            fitted[name] = discrepancy.fit(name, residual - added, mean, weight)
+            added = added + discrepancy.add(name, fitted[name], mean, residual - added, weight)
+        return fitted
