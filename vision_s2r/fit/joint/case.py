@@ -1,13 +1,11 @@
 """A log of a joint as a case of the diagnosis."""
 
-import math
 import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, replace
 
 import numpy as np
-from scipy.signal import lfilter
 
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
@@ -16,37 +14,27 @@ from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
-from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
+from vision_s2r.fit.joint.first_look import WINSOR, FirstLook
+from vision_s2r.fit.joint.fitter import Floor
 from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
-from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
-from vision_s2r.fit.joint.observer import Observer
+from vision_s2r.fit.joint.noise import fast_variance
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.smooth_unknown import VARIANCES, SmoothUnknown
 from vision_s2r.fit.joint.stick_slip import stick_slip
-from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by, make_track, with_load
+from vision_s2r.fit.joint.track import fast_noise, make_track, with_load
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, REFITTED, SERVO, unit
 from vision_s2r.recording import JointRecording, split
 
-STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
-MANY_STEPS, NEGLIGIBLE = 20_000, 0.01  # a log of more is worth longer ones, of an error of this part of the noise
-FINER = 4  # times the steps, for the integrator's own error
 BLOCK = 50  # samples, at least, that count as one
-WINSOR = 25.0  # squared residuals beyond, in units of the noise, count as this: instants, such as impacts
-LOUD = 1e-4  # of the noise's variance that no fit goes below while the noise is unknown
 LOUDER = 0.25  # of the noise's variance: a search that ends with less was misled by it
-LAYERS = 4  # effects that are taken off, at most, before the noise is read off what is left
-QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
-PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
-SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 ONE_GAIN = "it is one with the proportional gain"
 NEVER_OFF = "the drive is never off: it is one with viscous damping"
 NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
-DIFFERENT = 30  # samples at most, that say something different of a simulator which lacks something
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
@@ -62,7 +50,6 @@ class JointCase:
     unsteady = ""
     allowance = 0.0
     sharp = False
-    refitted: Names = frozenset(REFITTED)
     discrepancies: Mapping[str, str] = MEANINGS
 
     def __init__(
@@ -72,172 +59,44 @@ class JointCase:
 
         `jobs`: threads that look at effects; what they find does not depend on it.
         """
-        self.recording, self._near, self._jobs = recording, near, jobs
-        self.library = library
-        one_gain = {} if _reaches_its_limit(recording) else {"torque_constant": ONE_GAIN}
-        apart = one_gain if recording.servo else dict.fromkeys(SERVO, NO_SERVO)
+        self.recording, self.library, self._jobs = recording, library, jobs
         off = recording.supply is not None and bool((recording.supply <= 0).any())
-        apart |= {} if off else {"back_emf": NEVER_OFF}
-        self._apart = {name: why for name, why in apart.items() if name in library}  # effects that are not tried
-        grid = find_quantization_grid(recording.position, recording.lengths)
-        derived = grid is not None and _is_derived(recording)
-        self.track: JointTrack = make_track(recording, derived)
-        self.segments = self.track.count
-        self.replaced: Mapping[str, float] = asdict(self.track.nominal)
-        self.rough: Names = frozenset(name for name in self.library if JOINT_FITS[name].rough)
-        # A servo's torque is known to nobody, and its constants are copied from elsewhere; a weight was weighed.
-        weighed = {"gravity_torque"} if recording.nominal.get("gravity_torque") else set()
-        self.guessed: Names = frozenset({*DYNAMICS} & self.library.keys() - weighed if recording.servo else ())
+        self._apart = _not_tried(recording, library, off)
+        self.refitted, self.guessed = _refitted(recording, library, off), _guessed(recording, library)
+        self.rough: Names = frozenset(name for name in library if JOINT_FITS[name].rough)
         self.motions = len(recording)
-        # The damping that a model believes in is in part the motor's, which goes with its drive. Where that is never
-        # off, nothing but what is believed parts them.
-        parted = off or bool(recording.nominal.get("back_emf"))
-        self.refitted = frozenset((self.refitted | ({"back_emf"} if parted else set())) & self.library.keys())
         self.metric, self.unit = gap_metric(recording)
-        self.described = self._describe()
-        rounding = grid.resolution**2 / 12 if grid else 0.0
+        grid = find_quantization_grid(recording.position, recording.lengths)
         known = grid is not None and "encoder_quantization" in library
         self.certain: Mapping[str, float] = {"encoder_quantization": grid.evidence} if grid and known else {}
         self._grid: QuantizationGrid | None = grid if known else None
+        track = make_track(recording, grid is not None and _is_derived(recording))
+        self.segments = track.count
+        self.replaced: Mapping[str, float] = asdict(track.nominal)
+        base, grids = self._with_own(self.refitted | frozenset(self.certain)), (self._grid, None if known else grid)
+        self._begin(FirstLook(track, base, library, self._apart, grids, near, jobs))
+        self.described = self._describe()
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.BlockScores] = {}
-        self.likely = NOMINAL  # a first look: nominal parameters refitted, and the largest effects
-        self._promising: set[str] = set()  # effects that seem to gain something, plausible or not
-        self._prepare(grid if grid and not known else None, rounding)
 
-    # -- the noise
-
-    def _prepare(self, unknown_grid: QuantizationGrid | None, rounding: float) -> None:
-        longest = SERVO_STEP if self.track.servo else STEP
-        self._substeps = max(1, math.ceil(self.track.inputs.sample_time / longest - 1e-9))
-        self._fitter = self._make_fitter(self.track)
-        base = self._fit_base()
-        if self._substeps * self.track.inputs.lengths.sum() > MANY_STEPS:
-            self._coarsen(base)
-        if self.track.velocity is None and not self.track.servo:
-            self._lead(base)
-            base = self._fit_base()
-        best, noise = self._quietest(base)
-        if self.track.velocity is None and not self.track.servo:
-            self._lead(best)
-            base = self._fit_base()
-            best = self._fitter.fit(names_of(best), range(self.segments), best)
-            noise = fast_variance(self._fitter.residuals(best, range(self.segments)), self.track.lengths)
-        self.likely = best
-        track = self.track
-        # A joint that hardly moves shows no noise.
-        noise = np.where(noise > 0, noise, resolved(self._fitter.observer.seen) ** 2 / 12)
-        if self._grid is not None:  # slow motion hides how much rounding moves
-            noise[0] = max(noise[0], rounding + self._grid.noise**2)
-        if unknown_grid is not None:  # its steps are no noise
-            noise[0] = max(noise[0] - rounding, unknown_grid.noise**2, 1e-3 * rounding)
-        self.noise = noise  # [channels] variance of the measurement
-        inflated = noise * inflation(self._fitter, best, noise)
-        self.tolerance = self._tolerance(best)  # [channels] mean square error of the integrator
-        self._expected = inflated + self.tolerance  # of the residual, where the machine is right
-        self._unremarkable = self._expected + self._skewed()  # of one that is no gap
-        residuals = self._fitter.residuals(best, range(self.segments))
-        self._temper = 1 / memory(residuals, track.lengths)
-        self._fitter = self._make_fitter(track, self._repeats(residuals), base)
-        self._floor = GAUSSIAN * self._expected
-        self._smooth = SmoothUnknown(self._fitter, Floor(self._floor, self._temper))
-        self._gap = FreeRunGap(self._fitter, noise, self._grid)
-        self._labels, self._owners = uncertainty.blocks(track.segment, int(max(BLOCK, 5 / self._temper.min())))
-        idle = [name for name in self.library if name not in self._promising | self._apart.keys()]
-        unseen = not_excited(self._fitter, base, self._expected / self._temper, idle)
+    def _begin(self, look: FirstLook) -> None:
+        """What a first look found, and what is made of it."""
+        self.track, self._fitter, self.likely = look.track, look.fitter, look.likely
+        self.noise, self.tolerance = look.noise, look.tolerance  # [channels] variances
+        self._expected, self._unremarkable, self._temper = look.expected, look.unremarkable, look.temper
+        self._floor = GAUSSIAN * look.expected
+        self._smooth = SmoothUnknown(look.fitter, Floor(self._floor, look.temper))
+        self._gap = FreeRunGap(look.fitter, look.noise, self._grid)
+        self._labels, self._owners = uncertainty.blocks(look.track.segment, int(max(BLOCK, 5 / look.temper.min())))
+        idle = [name for name in self.library if name not in look.promising | self._apart.keys()]
+        unseen = not_excited(look.fitter, look.base, look.expected / look.temper, idle)
         self.not_excited: Mapping[str, str] = {**unseen, **self._apart}
 
-    def _fit_base(self) -> Hypothesis:
-        """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
-        return self.fit(self.refitted | frozenset(self.certain), range(self.segments), NOMINAL)
-
-    def _make_fitter(self, track: JointTrack, repeats: float = 1.0, first: Hypothesis | None = None) -> JointFitter:
-        observer = Observer(track, self._substeps, fast_noise(track.position))
-        rough = np.array([fast_noise(track.position), fast_noise(track.observed[..., 1])])[: observer.channels] ** 2
-        # What is shown in steps is often met to the digit at rest: no sample is surer than its rounding.
-        steps = resolved(observer.seen)
-        if self._grid:
-            steps[0] = max(steps[0], self._grid.resolution)
-        loose = Floor(np.maximum(LOUD * rough, GAUSSIAN * steps**2 / 12), np.ones(observer.channels))
-        return JointFitter(
-            track, observer, loose, self._grid.values if self._grid else None, repeats, first, self._jobs
-        )
-
-    def _coarsen(self, base: Hypothesis) -> None:
-        """Take the longest steps of the integrator whose error is nothing beside the noise."""
-        fine = self._fitter.residuals(base, range(self.segments))
-        noise, finest = fast_variance(fine, self.track.lengths), self._substeps
-        for self._substeps in range(1, finest + 1):
-            self._fitter = self._make_fitter(self.track)
-            coarse = self._fitter.residuals(base, range(self.segments))
-            if (np.mean((coarse - fine) ** 2, axis=(0, 1)) < NEGLIGIBLE * noise).all():
-                break
-
-    def _lead(self, hypothesis: Hypothesis) -> None:
-        """Lead the observer by velocities that this hypothesis helps to read off positions."""
-        space = self._fitter.space(names_of(hypothesis))
-        self.track = led_by(self.track, self._fitter.observer.led(space, space.start(hypothesis)))
-        self._fitter = self._make_fitter(self.track)
-
-    def _quietest(self, base: Hypothesis) -> tuple[Hypothesis, np.ndarray]:
-        """The noise's variance [channels], read off what the base leaves once the largest effects are taken off."""
-        segments, lengths = range(self.segments), self.track.lengths
-        best, residuals = base, self._fitter.residuals(base, segments)
-        noise = fast_variance(residuals, lengths)
-        if self._near is not NOMINAL:
-            best = self._fitter.fit(names_of(self._near), segments, self._near)
-            residuals = self._fitter.residuals(best, segments)
-            noise = np.minimum(noise, fast_variance(residuals, lengths))
-        for _ in range(LAYERS):
-            apart = {"torque_constant", "proportional_gain", "encoder_quantization", *self._apart}
-            free = sorted(self.library.keys() - names_of(best) - apart)
-            gains = self._fitter.gains(best, free, segments)
-            self._promising |= {name for name in free if gains[name] > PROMISING}
-            name = max(free, key=lambda each: gains[each], default=None)
-            if name is None or gains[name] < (CLEAR if self._quiet(best, residuals, noise) else PROMISING):
-                break
-            best = self._fitter.fit(names_of(best) | {name}, segments, best)
-            residuals = self._fitter.residuals(best, segments)
-            noise = np.minimum(noise, fast_variance(residuals, lengths))
-        return best, noise
-
-    def _quiet(self, hypothesis: Hypothesis, residuals: np.ndarray, noise: np.ndarray) -> bool:
-        """Whether these residuals are about as large as noise makes them."""
-        squares = np.minimum(residuals[self.track.segment >= 0] ** 2, WINSOR * noise).mean(axis=0)
-        return bool((squares < QUIET * noise * inflation(self._fitter, hypothesis, noise)).all())
-
-    def _repeats(self, residuals: np.ndarray) -> float:
-        """Samples that say what one says of a simulator that leaves these residuals [E, T, channels].
-
-        Noise is new after a while. The error of a simulator that lacks something comes again wherever the motion does:
-        a hundred steps of one height say what one of them says (Miller and Dunson 2019 raise the likelihood to a power
-        likewise).
-        """
-        squares = np.minimum(residuals[self.track.segment >= 0] ** 2 / self._expected, WINSOR)
-        lacking = 1 - 1 / max(float(squares.mean()), 1.0)
-        return 1 / float(self._temper.max()) + lacking * len(squares) / DIFFERENT
-
-    def _skewed(self) -> np.ndarray:
-        """Mean square residual [channels] of positions that are SKEW late.
-
-        The step of a first-order integrator does that too, by half of itself.
-        """
-        track = self.track
-        velocity = np.nan_to_num(track.observed[..., 1])
-        followed = lfilter([0.0, track.leak], [1.0, track.leak - 1.0], velocity, axis=1)  # the observer makes up for it
-        late = SKEW * track.sample_time * (velocity - np.where(track.led, followed, 0.0))
-        return np.array([np.mean(late[track.segment >= 0] ** 2), 0.0])[: self._fitter.observer.channels]
-
-    def _tolerance(self, hypothesis: Hypothesis) -> np.ndarray:
-        coarse, fitter = self._fitter.residuals(hypothesis, range(self.segments)), self._fitter
-        fine = JointFitter(
-            self.track,
-            Observer(self.track, fitter.observer.substeps * FINER, fitter.observer.noise),
-            fitter.floor,
-            fitter.grid,
-        ).residuals(hypothesis, range(self.segments))
-        squares = np.sort((fine - coarse).reshape(-1, coarse.shape[-1]) ** 2, axis=0)
-        return squares[: int(0.99 * len(squares))].mean(axis=0)
+    def _with_own(self, names: Names) -> Names:
+        """With what each recording has of its own, where there are several: a bias torque, a position offset."""
+        if self.recording.source is None or not self.recording.source.any():
+            return names
+        return names | {own for name, own in OWN.items() if name in names}
 
     def quieter(self, found: Hypothesis) -> "JointCase | None":
         """The same recording with the noise that this hypothesis leaves, where that is far less than was thought.
@@ -266,8 +125,7 @@ class JointCase:
         All discrepancies at once are a Gaussian process: of a part of the segments, the fit of all is moved. A bias
         torque and a position offset are each recording's own where there are several.
         """
-        if self.recording.source is not None and self.recording.source.any():
-            names = names | {own for name, own in OWN.items() if name in names}
+        names = self._with_own(names)
         if names >= smooth_unknown.ALL:
             begun = start or NOMINAL
             if len(segments) < self.segments:
@@ -456,6 +314,31 @@ def _free_run(recording: JointRecording, hypothesis: Hypothesis) -> np.ndarray:
         moved = {**values, "position_offset": {"value": shared + zero}} if zero else values
         states[rows, : some.position.shape[1]] = free_run(some, moved)
     return states
+
+
+def _not_tried(recording: JointRecording, library: Mapping[str, Effect], off: bool) -> dict[str, str]:
+    """Effects of the library that this recording could not tell from others, and why; its drive is `off` at times."""
+    apart = {} if _reaches_its_limit(recording) else {"torque_constant": ONE_GAIN}
+    if not recording.servo:
+        apart = dict.fromkeys(SERVO, NO_SERVO)
+    apart |= {} if off else {"back_emf": NEVER_OFF}
+    return {name: why for name, why in apart.items() if name in library}
+
+
+def _refitted(recording: JointRecording, library: Mapping[str, Effect], off: bool) -> Names:
+    """Nominal parameters that the recording tells apart; its drive is `off` at times.
+
+    The damping that a model believes in is in part the motor's, which goes with its drive. Where that is never off,
+    nothing but what is believed parts them.
+    """
+    parted = off or bool(recording.nominal.get("back_emf"))
+    return frozenset(({*REFITTED} | ({"back_emf"} if parted else set())) & library.keys())
+
+
+def _guessed(recording: JointRecording, library: Mapping[str, Effect]) -> Names:
+    """A servo's torque is known to nobody, and its constants are copied from elsewhere; a weight was weighed."""
+    weighed = {"gravity_torque"} if recording.nominal.get("gravity_torque") else set()
+    return frozenset({*DYNAMICS} & library.keys() - weighed if recording.servo else ())
 
 
 def _reaches_its_limit(recording: JointRecording) -> bool:
