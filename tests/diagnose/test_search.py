@@ -9,9 +9,11 @@ import pytest
 from tests.diagnose.stand_in import CURVES, DISCREPANCIES, Curves, T, recording
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.diagnose.guesses import _with_causes
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import COINCIDENCE, Found, Search
-from vision_s2r.diagnose.simulator import _of, _simulator, _with_causes, settle
+from vision_s2r.diagnose.settle import settle
+from vision_s2r.diagnose.simulator import simulator_at_end, simulator_of
 from vision_s2r.fit.case import Hypothesis, Names, Segments
 
 
@@ -201,7 +203,7 @@ def test_effects_that_leave_no_more_without_the_unknown_are_in_the_simulator_as_
     base, effects, unknown = it.refitted, frozenset({"wave", "curve"}), frozenset(DISCREPANCIES)
     bare, final = assessor.one(base), assessor.one(base | effects | unknown)
     found = Found(final, bare, assessor.one(frozenset()), bare, effects, unknown, tuple(unknown), True)
-    simulator = _simulator(it, assessor, found, effects)
+    simulator = simulator_at_end(it, assessor, found, effects)
     assert simulator.names == base | effects and simulator.error.mean() < 1.1 * it.noise**2
     assert simulator.hypothesis.values["curve"]["size"] == pytest.approx(0.4, abs=0.05)
 
@@ -294,7 +296,7 @@ def test_a_cause_is_stated_beside_a_name_that_no_free_run_holds() -> None:
     assert settled.found.effects == {"slope", "wave"}
     base = assessor.one(it.refitted)  # a simulator that is better without the wave, as one beside something unknown
     found = replace(settled.found, effects=frozenset({"wave"}))
-    without = replace(settled, found=found, simulator=_of(it, assessor, base, base.names))
+    without = replace(settled, found=found, simulator=simulator_of(it, assessor, base, base.names))
     stated = _with_causes(it, without, it.guessed)
     assert stated.found.effects == {"slope", "wave"}
     assert all(name in stated.source(name)[0].values for name in stated.found.effects)

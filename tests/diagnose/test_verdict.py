@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vision_s2r.diagnose.report import verdict
-from vision_s2r.diagnose.simulator import Settled
+from vision_s2r.diagnose.settled import Settled
 from vision_s2r.fit.gap import Gap
 
 

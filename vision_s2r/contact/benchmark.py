@@ -2,8 +2,9 @@
 
 All ways toss the same body by the same steps, in turns in one process, so that they share the machine's moods, and on
 one thread each; seconds are the processor's, to which others that wait for it add nothing. The last way has a thread a
-core, and the wall's clock, which others do slow down. What counts is the ratio. A step is one integration step of one body near its support; far from it, and at rest, a body needs fewer, which the
-figures of a whole toss include and those of sliding do not.
+core, and the wall's clock, which others do slow down. What counts is the ratio. A step is one integration step of one
+body near its support; far from it, and at rest, a body needs fewer, which the figures of a whole toss include and those
+of sliding do not.
 """
 
 import os

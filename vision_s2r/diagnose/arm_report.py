@@ -12,7 +12,7 @@ from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import Diagnosis
 from vision_s2r.diagnose.report import ALTERNATIVES, OPEN
-from vision_s2r.diagnose.simulator import is_slight
+from vision_s2r.diagnose.settled import is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
 from vision_s2r.fit.arm.problems import Problems

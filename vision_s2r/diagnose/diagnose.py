@@ -16,7 +16,8 @@ from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.search import Search
-from vision_s2r.diagnose.simulator import Settled, settle
+from vision_s2r.diagnose.settle import settle
+from vision_s2r.diagnose.settled import Settled
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import whole_folder, write

@@ -7,7 +7,7 @@ import numpy as np
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
-from vision_s2r.diagnose.simulator import LEAST_SHARE, Settled, is_slight
+from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, is_slight
 from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT

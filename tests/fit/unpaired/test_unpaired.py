@@ -13,7 +13,7 @@ from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
-from vision_s2r.diagnose.simulator import settle
+from vision_s2r.diagnose.settle import settle
 from vision_s2r.errors import UserError
 from vision_s2r.fit.case import NOMINAL
 from vision_s2r.fit.unpaired.case import UnpairedCase

@@ -1,0 +1,113 @@
+"""The end of a search where a simulator's nominal values are guesses, as a position servo's are.
+
+A guess that is off is a cause, unless it may well be what the simulator had. Effects that free runs of several motions
+are surely better with stay in the simulator without a name.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.settled import LARGE_SHARE, Settled
+from vision_s2r.diagnose.simulator import BETTER, Simulator, is_open, simulator_of, surely
+from vision_s2r.fit.case import Case, Names
+
+LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
+WIDE = 10.0  # between the ends of its interval: a size that is known no better beside guesses and something unknown
+
+
+def finished(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """With what free runs are better with; a guessed parameter is a cause where it is one with that and without."""
+    known = _with_causes(case, settled, case.guessed)
+    more = _with_more(case, assessor, settled)
+    return known if more is settled else _with_causes(case, more, known.found.effects)
+
+
+def without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """Without guessed parameters that may well be what the simulator had, while one of them would be a cause.
+
+    One at a time, where about as little is left: of two that stand in for each other nobody knows either, and without
+    one the other is known.
+    """
+    least = min(settled.simulator.left, float(settled.gap.refitted.mean()))
+    while True:
+        simulator = settled.simulator
+        guessed = (simulator.names & case.guessed) - settled.found.effects
+        vague = frozenset(name for name in guessed if as_believed(case, simulator.assessment, name))
+        causes = _causes(case, settled)
+        if not vague & causes:
+            return settled
+        fits = (assessor.one(simulator.names - {name}, simulator.hypothesis) for name in sorted(vague))
+        best = min((simulator_of(case, assessor, each, each.names) for each in fits), key=lambda one: one.left)
+        if best.left * BETTER**2 > least:
+            return settled
+        gone = settled.vague | ((simulator.names - best.names) & causes)
+        settled = replace(settled.with_simulator(case, assessor, best), vague=gone)
+
+
+def _with_more(case: Case, assessor: Assessor, settled: Settled) -> Settled:
+    """With effects that free runs of several motions are surely better with, where something is left beside guesses.
+
+    Unnamed: predictions may not agree on their size, and stretches of one motion would take what is wrong on others.
+    """
+    if not (is_open(settled.found) and case.guessed and case.motions > 1):
+        return settled
+    simulator = settled.simulator
+    while more := _one_more(case, assessor, simulator, settled.harmful):
+        simulator = more
+    if simulator is settled.simulator:
+        return settled
+    slight = settled.slight | (simulator.names - settled.simulator.names)
+    return replace(settled.with_simulator(case, assessor, simulator), slight=slight)
+
+
+def _one_more(case: Case, assessor: Assessor, simulator: Simulator, harmful: Names) -> Simulator | None:
+    """The simulator with the effect that free runs are best with, if they surely are better with one."""
+    free = sorted(case.library.keys() - simulator.names - case.not_excited.keys() - harmful)
+    gains = case.screen(simulator.hypothesis, free)
+    promising = sorted((name for name in free if gains[name] > assessor.cfg.evidence), key=lambda name: -gains[name])
+    wanted = [(simulator.names | {name}, simulator.hypothesis) for name in promising[: assessor.cfg.contenders]]
+    # An encoder without steps has no size.
+    fits = [each for each in assessor.assess(wanted) if all(each.hypothesis.values.values())]
+    tried = [simulator_of(case, assessor, each, each.names) for each in fits]
+    best = min(tried, key=lambda each: each.left, default=simulator)
+    relief, rest = simulator.error - best.error, simulator.error - case.floor(range(case.segments))
+    return best if surely(assessor, relief, 1 - BETTER**2, rest) else None
+
+
+def _with_causes(case: Case, settled: Settled, among: Names) -> Settled:
+    """With the guessed parameters, of these, that are causes, and known to differ from what they were guessed to be."""
+    found, simulator = settled.found, settled.simulator
+    # Names that are sure beside something unknown may be in no simulator: then theirs is the fit that counts.
+    final = simulator.assessment if found.effects <= simulator.names else found.final
+    causes = (_causes(case, settled) - found.effects) & final.names & among
+    causes = frozenset(name for name in causes if not as_believed(case, simulator.assessment, name))
+    if not causes:
+        return settled
+    found = replace(found, final=final, effects=found.effects | causes)
+    return replace(settled, found=found, stated=settled.stated | {name: settled.parts[name] for name in causes})
+
+
+def _causes(case: Case, settled: Settled) -> Names:
+    """Guessed parameters that are causes although something is left: little is, and they close much of the gap."""
+    gap = settled.gap
+    if gap.after.mean() > LITTLE * gap.before.mean():
+        return frozenset()
+    guessed = (settled.simulator.names & case.guessed) - frozenset(case.not_excited)
+    return frozenset(name for name in guessed if gap.share(settled.parts[name]).ci[0] > LARGE_SHARE)
+
+
+def is_known(case: Case, of: Assessment, name: str) -> bool:
+    """Whether it is known how large an effect is: at least one of its parameters, within a factor of WIDE."""
+    intervals = np.array(list(case.intervals(of.hypothesis)[name].values()))
+    return bool((intervals.prod(axis=1) * WIDE > (intervals**2).max(axis=1)).any())
+
+
+def as_believed(case: Case, of: Assessment, name: str) -> bool:
+    """Whether each parameter of an effect may well be what the simulator had: nominal values do all of its work."""
+    intervals = case.intervals(of.hypothesis)[name]
+    had = {each.name: each.neutral for each in case.library[name].parameters}
+    had |= {"value": case.replaced[name]} if name in case.replaced else {}
+    kept = [(low, had[key], high) for key, (low, high) in intervals.items()]
+    return all(value is not None and low <= value <= high for low, value, high in kept)

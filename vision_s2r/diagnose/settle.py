@@ -1,0 +1,128 @@
+"""What a diagnosis ends with: the names that matter, and a simulator, which its report measures and its patch holds."""
+
+from dataclasses import replace
+
+from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.guesses import as_believed, finished, is_known, without_vague
+from vision_s2r.diagnose.search import COINCIDENCE, Found
+from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, apart_from, is_slight
+from vision_s2r.diagnose.simulator import BETTER, Simulator, is_open, simulator_at_end, simulator_of, surely
+from vision_s2r.fit.case import Case, Names
+from vision_s2r.fit.gap import Share
+
+NEEDED = 0.5  # of what is left without it, more than noise, that a small effect closes; all must, beside guesses
+
+
+def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
+    """The simulator of a search's end, without names that do not matter or do harm."""
+    slight: Names = frozenset()
+    whole: Simulator | None = None  # with all the names that do no harm
+    while True:
+        firm = _firm(assessor, found)
+        simulator = simulator_at_end(case, assessor, found, firm)
+        harmful = found.effects - simulator.names - firm - apart_from(case, simulator, firm)
+        found = replace(found, effects=found.effects - harmful)
+        whole = whole or simulator
+        if idle := _idle(case, assessor, found, simulator, firm, whole):
+            found, slight = _without(assessor, found, idle), slight | {idle}
+            continue
+        settled = Settled.of(case, assessor, found, simulator, firm, harmful, slight)
+        weak = _weak(case, assessor, settled)
+        if not weak:
+            return finished(case, assessor, without_vague(case, assessor, settled))
+        least = min(weak, key=lambda name: float(settled.parts[name].sum()))
+        slight |= {least} - case.refitted
+        found = replace(found, effects=found.effects - {least}) if weak[least] else _without(assessor, found, least)
+
+
+def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
+    """Names that close too little of the gap, are of noise, or of whose size nothing is known; and which may stay.
+
+    Those stay in the simulator without being named: nominal parameters, and where something is left an effect that
+    takes much of that away.
+    """
+    found, weak = settled.found, {}
+    for name in sorted(found.effects - frozenset(case.certain)):
+        share, firm = settled.share(name), name in settled.firm
+        open_ended = is_open(found) and not assessor.cfg.plain
+        little = is_slight(share) and (firm or open_ended or not _needed(assessor, found, name))
+        vague = is_open(found) and case.guessed and not is_known(case, found.final, name)
+        vain = bool(case.refitted) and name not in case.refitted and as_believed(case, found.final, name)
+        vanishing = _of_noise(assessor, found, name, share) or vague or vain
+        if little or vanishing:
+            helps = open_ended and bool(case.refitted) and not (firm or vanishing)
+            weak[name] = name in case.refitted or helps
+    return weak
+
+
+def _idle(
+    case: Case, assessor: Assessor, found: Found, simulator: Simulator, firm: Names, whole: Simulator
+) -> str | None:
+    """The effect that brings least, where something is left, of those without which the simulator does about as well.
+
+    Without it nominal parameters and other effects are fitted once more. Stretches of one motion are alike, other
+    motions are not: what brings little on those is often lost on these. Nor do several go that bring much together:
+    about as well as the `whole`, from which others have gone already.
+    """
+    if not (is_open(found) and case.refitted):
+        return None
+    least = NEEDED if case.guessed else 1 - BETTER**2
+    floor, idle = case.floor(range(case.segments)), {}
+    for name in sorted(found.effects - frozenset(case.certain) - case.refitted - firm):
+        fitted = assessor.one(simulator.names - {name}, simulator.hypothesis)
+        without = simulator_of(case, assessor, fitted, fitted.names).error
+        much = any(surely(assessor, without - each.error, least, without - floor) for each in (simulator, whole))
+        if not (much or _everywhere(assessor, simulator, fitted)):
+            idle[name] = float((without - simulator.error).mean())
+    return min(idle, key=lambda name: (idle[name], name), default=None)
+
+
+def _everywhere(assessor: Assessor, simulator: Simulator, without: Assessment) -> bool:
+    """Whether a simulator leaves half of what is left without a name, or less, of segments that count alike."""
+    of = simulator.assessment
+    alone = of.names == simulator.names  # nothing unknown beside it
+    return alone and assessor.surely_most(of, without)
+
+
+def _firm(assessor: Assessor, found: Found) -> Names:
+    """Effects that are sure beside something unknown: with them predictions leave little, without one they leave more.
+
+    What the unknown does to a free run hides them there, and nominal parameters refitted without it undo them. Beside a
+    coincidence of unknowns nothing is sure.
+    """
+    if found.final.evidence is None:
+        little = assessor.adequate(found.final) or assessor.little(found.final)
+        if not (little and 0 < len(found.unknown) < COINCIDENCE):
+            return frozenset()
+    return frozenset(name for name in found.effects if _needed(assessor, found, name))
+
+
+def _needed(assessor: Assessor, found: Found, name: str) -> bool:
+    """Whether without this name more than noise is left, and most of that is its own.
+
+    Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it; a support
+    that is hardly tilted is, beside a wrong friction, and shows in long slides.
+    """
+    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    if found.final.evidence is not None:
+        return assessor.gain(found.final, without).nats > assessor.cfg.evidence
+    if assessor.cfg.plain and assessor.plain(found.final, without):
+        return True
+    return not assessor.adequate(without) and assessor.gain(found.final, without).share >= NEEDED
+
+
+def _of_noise(assessor: Assessor, found: Found, name: str, share: Share) -> bool:
+    """Whether a name's share may be nothing, and is of a gap that is noise: no segment shows more than that of it.
+
+    Enough rows bring nats for what is a hundredth of their noise, and a share of next to nothing may well be large.
+    """
+    if share.ci[0] >= LEAST_SHARE or not assessor.adequate(found.nominal):
+        return False
+    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return bool((without.excess - found.final.excess).max() <= assessor.cfg.adequate)
+
+
+def _without(assessor: Assessor, found: Found, name: str) -> Found:
+    """A search's end without an effect."""
+    final = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    return replace(found, effects=found.effects - {name}, final=final)
