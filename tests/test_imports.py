@@ -22,6 +22,16 @@ def test_nothing_below_imports_what_is_above() -> None:
     ]
     assert upward == []
     # And not by a detour either, nor anywhere else in the package.
+    in_no_circle(graph)
+
+
+def test_no_file_imports_in_a_circle() -> None:
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.rglob("*.py")}
+    # A package's own file hands on what others define.
+    in_no_circle({name: {*_files(path, files)} - {name} for name, path in files.items() if path.stem != "__init__"})
+
+
+def in_no_circle(graph: dict[str, set[str]]) -> None:
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -48,8 +58,19 @@ def rooms() -> dict[str, set[str]]:
     return graph
 
 
+def _files(path: Path, files: dict[str, Path]) -> Iterator[str]:
+    """The files that a file imports, or whose names it does."""
+    for parts in _names(path):
+        yield from (".".join(parts[:k]) for k in (len(parts), len(parts) - 1) if ".".join(parts[:k]) in files)
+
+
 def _imported(path: Path) -> Iterator[str]:
-    """The rooms that a file imports, wherever in it; also by name, where that waits until it is needed."""
+    """The rooms that a file imports."""
+    return (parts[0] for parts in _names(path))
+
+
+def _names(path: Path) -> Iterator[list[str]]:
+    """What a file imports of the package, wherever in it; also by name, where that waits until it is needed."""
     for node in ast.walk(ast.parse(path.read_text())):
         names = []
         if isinstance(node, ast.ImportFrom) and node.module:
@@ -61,4 +82,4 @@ def _imported(path: Path) -> Iterator[str]:
         for name in names:
             parts = str(name).replace(":", ".").split(".")
             if parts[0] == "vision_s2r" and len(parts) > 1:
-                yield parts[1]
+                yield parts[1:]

@@ -16,8 +16,9 @@ from vision_s2r.diagnose.arm_report import IMPROBABLE, SettledArm, commands, hel
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import Diagnosis, SavedDiagnosis, diagnose, open_case
+from vision_s2r.diagnose.one_case import Diagnosis, diagnose_one, open_case
 from vision_s2r.diagnose.report import OPEN
+from vision_s2r.diagnose.saved import SavedDiagnosis
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns
@@ -164,7 +165,7 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
         likely = _likely(runs, made, name, near, weight, own, jobs)
         if likely != near:
             made = problems(recording, motions(runs, likely), weight)
-        parts[name] = diagnose(made.joints[name], own, jobs)
+        parts[name] = diagnose_one(made.joints[name], own, jobs)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
         near = min(likely, told, key=lambda each: runs.error(name, each))
         if near != likely:
@@ -196,7 +197,7 @@ def _pulled(joint: JointRecording, found: Diagnosis, cfg: DiagnoseConfig, jobs: 
         pulled = assessor.one(least.names | {IMPROBABLE}, least.hypothesis)
         if not assessor.most(pulled, least):
             return found
-    other = diagnose(joint, own, jobs)
+    other = diagnose_one(joint, own, jobs)
     return found if other.verdict in OPEN else other
 
 

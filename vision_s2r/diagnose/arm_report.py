@@ -10,7 +10,7 @@ from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET, WHOLE
 from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import Diagnosis
+from vision_s2r.diagnose.one_case import Diagnosis
 from vision_s2r.diagnose.report import ALTERNATIVES, OPEN
 from vision_s2r.diagnose.settled import is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares

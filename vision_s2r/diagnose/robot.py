@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import Diagnosis, diagnose
+from vision_s2r.diagnose.one_case import Diagnosis, diagnose_one
 from vision_s2r.files import whole_folder, write
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.recording.robot import RobotRecording
@@ -52,7 +52,7 @@ class RobotDiagnosis:
 def diagnose_robot(recording: RobotRecording, cfg: DiagnoseConfig | None = None, jobs: int = 1) -> RobotDiagnosis:
     """Diagnose every part of a robot, one after the other, each with `jobs` threads. Raises UserError as `diagnose`."""
     cfg = cfg or DiagnoseConfig()
-    parts = {name: diagnose(part, cfg, jobs) for name, part in recording.parts.items()}
+    parts = {name: diagnose_one(part, cfg, jobs) for name, part in recording.parts.items()}
     return RobotDiagnosis(parts, _report(recording, parts, cfg.seed))
 
 

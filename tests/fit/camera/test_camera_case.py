@@ -9,7 +9,7 @@ import torch
 
 from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
-from vision_s2r.diagnose.diagnose import write_next
+from vision_s2r.diagnose.saved import write_next
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
 from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add, basis, find_ghost, shifted

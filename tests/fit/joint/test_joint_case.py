@@ -13,8 +13,9 @@ import pytest
 from tests.identify.machines import NOMINAL, a_log, steps
 from vision_s2r.cli import compose
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import diagnose, open_case
+from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.locate import where
+from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.gapbench.generate import joint
 from vision_s2r.gapbench.generate.base import GeneratedMachine

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from vision_s2r.diagnose.config import DiagnoseConfig
-from vision_s2r.diagnose.diagnose import diagnose, open_case
+from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.free_run import free_run, gap_errors

@@ -1,0 +1,117 @@
+"""The diagnosis of what is one case: a joint, a camera, tosses."""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeAlias
+
+from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.quick import part_of, quickly
+from vision_s2r.diagnose.report import OPEN, report
+from vision_s2r.diagnose.saved import SavedDiagnosis
+from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.settle import settle
+from vision_s2r.diagnose.settled import Settled
+from vision_s2r.effects import E
+from vision_s2r.errors import UserError, nearest
+from vision_s2r.fit.case import NOMINAL, Case
+from vision_s2r.lazy import load
+from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
+from vision_s2r.report import figures
+from vision_s2r.report.drawing import Figures
+from vision_s2r.report.reading import library
+
+OfOneCase: TypeAlias = JointRecording | CameraRecording | ContactRecording  # an arm is of several
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis(SavedDiagnosis):
+    """A report that knows what it was made from."""
+
+    recording: OfOneCase = field(repr=False)
+    case: Case = field(repr=False)
+    settled: Settled = field(repr=False)
+
+    @property
+    def patched(self) -> bool:
+        """Whether the simulator has anything that it had not."""
+        return bool(self.settled.simulator.names)
+
+    def plot(self) -> Figures:
+        """Figures by caption: what it looks like, and where the gap lies before and after."""
+        simulator = self.settled.simulator
+        with self.case.session():
+            before, after = (self.case.samples(each) for each in (NOMINAL, simulator.hypothesis))
+        return figures(self.recording, simulator.hypothesis.values, before, after, self.case.unit)
+
+
+def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Diagnosis:
+    """Diagnose a recording with `jobs` threads. Raises UserError as `diagnose` does."""
+    recording = part_of(recording) if cfg.quick else recording
+    case: Any = open_case(recording, cfg.withhold, jobs)
+    limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
+    limits = quickly(limits) if cfg.quick else limits
+    assessor = Assessor(case, limits, jobs, cfg.seed)
+    with case.session():
+        found = Search(case, assessor).run()
+        if isinstance(recording, JointRecording) and (quieter := case.quieter(found.final.hypothesis)):
+            case, assessor = quieter, Assessor(quieter, limits, jobs, cfg.seed)
+            found = Search(case, assessor).run()
+        settled = settle(case, assessor, found)
+        if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+            settled = settled.at(case.finer(settled.simulator.hypothesis))
+        written, experiment = report(case, assessor, settled)
+    written |= {"quick": True} if cfg.quick else {}
+    if isinstance(recording, JointRecording):
+        written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
+        if written["verdict"] in OPEN:
+            written["unexplained"]["resembles"] += case.symptoms(settled.simulator.hypothesis)
+    if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+        with case.session():
+            written |= {"light": case.light(settled.simulator.hypothesis)}
+    if isinstance(recording, CameraRecording) and recording.label_names:
+        written |= {"effects": _by_name(written["effects"], recording.label_names)}
+    if isinstance(recording, CameraRecording) and cfg.sensitivity:
+        written |= {"policy": load("vision_s2r.diagnose.worth:worth")(written["effects"], cfg.sensitivity, cfg.policy)}
+    return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
+
+
+def _by_name(effects: Sequence[dict[str, Any]], names: Mapping[int, str]) -> list[dict[str, Any]]:
+    """Effects with what the recording calls their labels."""
+    return [each | ({"label_name": names[each["label"]]} if each.get("label") in names else {}) for each in effects]
+
+
+def _held_out(recording: JointRecording, case: Any, assessor: Assessor, settled: Settled) -> dict[str, Any]:
+    """What a replay of this very recording needs to see it as the report did: held out."""
+    rows = case.rows(range(case.segments))
+    fold = {segment: k for k, held in enumerate(assessor.folds) for segment in held}
+    return {
+        "recording": load("vision_s2r.fit.joint.free_run:fingerprint")(recording),
+        "segments": [[recording.episodes[e], first, end, fold[k]] for k, (e, first, end) in enumerate(rows)],
+        "folds": [each.values for each in settled.simulator.folds],
+    }
+
+
+def open_case(recording: OfOneCase, withhold: Collection[str] = (), jobs: int = 1) -> Case:
+    """A recording beside its simulator, which does not know the withheld effects; no other kind is imported.
+
+    `jobs`: threads that a first look at a joint may take.
+    """
+    if isinstance(recording, JointRecording):
+        opened = partial(load("vision_s2r.fit.joint.case:JointCase"), jobs=jobs)
+    elif isinstance(recording, ContactRecording):
+        opened = load("vision_s2r.fit.contact.case:ContactCase")
+    else:
+        place = "unpaired.case:UnpairedCase" if recording.pairing == "unpaired" else "camera.case:CameraCase"
+        opened = load(f"vision_s2r.fit.{place}").open
+    case: Case = opened(recording, _library(library(recording.kind), withhold))
+    return case
+
+
+def _library(effects: Iterable[E], withhold: Collection[str]) -> dict[str, E]:
+    library = {effect.name: effect for effect in effects}
+    for name in withhold:
+        if name not in library:
+            raise UserError(f"withhold: no effect is called '{name}': {nearest(name, library)}")
+    return {name: effect for name, effect in library.items() if name not in withhold}
