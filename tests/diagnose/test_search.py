@@ -108,6 +108,25 @@ def test_where_the_gap_is_noise_an_effect_that_few_episodes_show_plainly_has_its
     assert names(found) == {"wave"} and found["effects"][0]["ci"][0] < 0.01
 
 
+def test_an_effect_that_predictions_are_sure_of_keeps_its_name_where_the_gap_itself_is_as_loud_as_the_noise() -> None:
+    class Loud(Curves):
+        def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+            """A replay that hangs on a hair: noise is all of it, and by chance a little more with the effect."""
+            return np.full(len(segments), self.noise**2 * (1.01 if "step" in hypothesis.values else 1.0))
+
+        def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
+            return Curves.error(self, hypothesis, segments) / self.noise**2
+
+    it = Loud(recording(3, step=0.5))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    found = report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
+    (step,) = found["effects"]
+    assert found["verdict"] == "explained" and found["withheld"] == []
+    assert step["name"] == "step" and step["patched"] is False and step["share"] == pytest.approx(1, abs=0.1)
+    assert step["parameters"]["size"]["value"] == pytest.approx(0.5, abs=0.05)
+    assert found["gap"]["after"] == found["gap"]["before"]  # no patch makes it worse
+
+
 def test_an_effect_that_helps_in_company_alone_has_the_share_that_it_closes_there() -> None:
     found = diagnosed(recording(8, step=1.0, curve=-0.825))
     assert names(found) == {"step", "curve"}

@@ -25,7 +25,7 @@ class Settled:
     simulator: Simulator
     harmful: Names  # effects that would have been named, but make held-out data worse
     slight: Names  # … and those that are there, but close next to nothing of the gap
-    firm: Names  # sure beside something unknown: what is stated of them is of predictions, each segment's alike
+    firm: Names  # sure, though the gap may not show it: what is stated of them is of predictions, each segment's alike
     gap: Gap
     parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name closes, by Shapley
     stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
