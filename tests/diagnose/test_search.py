@@ -205,6 +205,23 @@ def test_what_free_runs_of_several_motions_are_better_with_stays_in_the_simulato
     assert next(line for line in several["candidates"] if line["name"] == "wave")["status"] == "undecided"
 
 
+def test_a_simulator_that_leaves_nothing_is_where_a_search_goes_on_unless_it_is_a_coincidence() -> None:
+    it = Curves(recording(1, wave=0.5, slope=0.3))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    search = Search(it, assessor)
+
+    def resumed(*more: str) -> Names | None:
+        found = search.resumed(assessor.one(it.refitted | {*more}))
+        return found.effects if found else None
+
+    assert resumed("wave", "step") == {"wave", "slope"}  # what is not needed goes
+    assert resumed("step") is None and resumed("wave", *DISCREPANCIES) is None  # something is left, or unknown
+    it.y = recording(1, wave=0.5, slope=0.3, curve=0.4)
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    search = Search(it, assessor)
+    assert resumed("wave", "curve") is None
+
+
 def test_a_known_effect_beside_an_unknown_one_keeps_its_name() -> None:
     other = 0.5 * np.sin(40 * np.pi * T)
     found = diagnosed(recording(5, wave=0.5, other=other))

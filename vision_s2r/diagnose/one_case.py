@@ -13,6 +13,7 @@ from vision_s2r.diagnose.saved import SavedDiagnosis
 from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.settle import settle
 from vision_s2r.diagnose.settled import Settled
+from vision_s2r.diagnose.simulator import BETTER, is_open
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.case import NOMINAL, Case
@@ -54,11 +55,17 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
     limits = quickly(limits) if cfg.quick else limits
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
-        found = Search(case, assessor).run()
+        search = Search(case, assessor)
+        found = search.run()
         if isinstance(recording, JointRecording) and (quieter := case.quieter(found.final.hypothesis)):
             case, assessor = quieter, Assessor(quieter, limits, jobs, cfg.seed)
-            found = Search(case, assessor).run()
+            search = Search(case, assessor)
+            found = search.run()
         settled = settle(case, assessor, found)
+        # What free runs are better with, unnamed, may leave nothing: then the search had missed it.
+        if case.guessed and is_open(settled.found) and (more := search.resumed(settled.simulator.assessment)):
+            named = settle(case, assessor, more)
+            settled = named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
         if isinstance(recording, CameraRecording) and recording.pairing == "paired":
             settled = settled.at(case.finer(settled.simulator.hypothesis))
         written, experiment = report(case, assessor, settled)

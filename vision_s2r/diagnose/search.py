@@ -70,6 +70,14 @@ class Search:
             return self._found(beside, beside, base)
         return self._found(final, named, base, resembles)
 
+    def resumed(self, found: Assessment) -> Found | None:
+        """The end of a search that comes upon this set, which leaves nothing, if it is no coincidence of effects."""
+        if found.names & self._discrepancies or not self._assessor.adequate(found):
+            return None
+        final = self._restore(found)
+        alone = self._assessor.adequate(final) and len(final.names - self._certain) < COINCIDENCE
+        return self._found(final, final, self._assessor.one(self._base)) if alone else None
+
     def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names = frozenset()) -> Found:
         """`resembles`: discrepancies beside those that the final set fits; of its names some may come to nothing."""
         assess = self._assessor
