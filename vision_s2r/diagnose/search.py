@@ -8,6 +8,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.beside import BesideUnknownSearch
 from vision_s2r.fit.case import NOMINAL, BesideUnknown, Case, Hypothesis, Names
 
+SINGLES = 8  # effects that are tried alone
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
@@ -46,6 +47,27 @@ class Search:
 
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
+        found = self._searched()
+        return (self._one_instead(found) if self._case.guessed else None) or found
+
+    def _one_instead(self, found: Found) -> Found | None:
+        """One name in the place of several, beside every other value as it was guessed, where that is as good a story.
+
+        Refitted together guesses do most of an effect's work, and others are then found for what is left of it.
+        """
+        if len(found.final.names - self._certain) < 2:
+            return None
+        bare = self._assessor.one(self._certain)
+        free = [*self._candidates, *sorted(self._case.refitted - self._case.not_excited.keys())]
+        gains = self._case.screen(bare.hypothesis, free)
+        likely = sorted(free, key=lambda name: -gains[name])[:SINGLES]
+        tried = self._assessor.assess([(self._certain | {name}, bare.hypothesis) for name in likely])
+        best = max(tried, key=lambda each: each.score, default=bare)
+        if best.rest > NEARLY or self._assessor.worth(found.final, best):
+            return None
+        return self._found(best, best, self._assessor.one(self._base))
+
+    def _searched(self) -> Found:
         base = self._assessor.one(self._base)
         integrating = self._integrating
         named = self._effects_alone(base, COINCIDENCE if integrating else self._cfg.most)
