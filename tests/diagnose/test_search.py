@@ -205,6 +205,21 @@ def test_what_free_runs_of_several_motions_are_better_with_stays_in_the_simulato
     assert next(line for line in several["candidates"] if line["name"] == "wave")["status"] == "undecided"
 
 
+@pytest.mark.parametrize(
+    ("truth", "named"), [({"step": 0.5}, {"step"}), ({"step": 0.5, "wave": 0.5}, {"late_step", "wave"})]
+)
+def test_beside_guesses_one_name_takes_the_place_of_several_where_it_is_as_good(
+    truth: dict[str, float], named: set[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    it = Curves(recording(1, **truth), guessed=frozenset({"offset", "slope"}))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    search, base = Search(it, assessor), assessor.one(it.refitted)
+    several = assessor.one(it.refitted | {"late_step", "wave"})  # what a search may end with
+    end = Found(several, base, assessor.one(frozenset()), base, frozenset({"late_step", "wave"}), Names(), (), True)
+    monkeypatch.setattr(search, "_searched", lambda: end)
+    assert search.run().effects == named
+
+
 def test_a_simulator_that_leaves_nothing_is_where_a_search_goes_on_unless_it_is_a_coincidence() -> None:
     it = Curves(recording(1, wave=0.5, slope=0.3))
     assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
