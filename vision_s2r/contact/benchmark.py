@@ -1,13 +1,11 @@
 """How fast bodies are simulated, against PyBullet's steps of the same body.
 
-All ways toss the same body by the same steps, in turns in one process, so that they share the machine's moods, and on
-one thread each; seconds are the processor's, to which others that wait for it add nothing. The last way has a thread a
-core, and the wall's clock, which others do slow down. What counts is the ratio. A step is one integration step of one
-body near its support; far from it, and at rest, a body needs fewer, which the figures of a whole toss include and those
-of sliding do not.
+All ways toss the same body by the same steps, in turns in one process and on one thread each, so that they share the
+machine's moods; seconds are the processor's, to which others that wait for it add nothing. What counts is the ratio. A
+step is one integration step of one body near its support; far from it, and at rest, a body needs fewer, which the
+figures of a whole toss include and those of sliding do not.
 """
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -29,7 +27,6 @@ ROUNDS = 9
 CUBE, BRICK, BALL, ROLLER = box((0.0524,) * 3), box((0.06, 0.04, 0.03)), sphere(0.05), cylinder(0.04, 0.08)
 COMPLIANT = {"contact_compliance": {"stiffness": 2e4, "damping": 10.0}}
 REFERENCE, BATCHED = "PyBullet, tosses of a cube", "ours, tosses of a cube"
-ALL_CORES = f"{BATCHED}, a thread a core"
 
 
 def run(seed: int, out: Path) -> Path:
@@ -42,7 +39,6 @@ def run(seed: int, out: Path) -> Path:
         "ours, tosses of a cylinder": lambda: _ours(ROLLER, tosses),
         "ours, a compliant cube": lambda: _ours(CUBE, tosses, COMPLIANT),
         "ours, a sliding cube": lambda: _ours(CUBE, slides),
-        ALL_CORES: lambda: _on_all_cores(CUBE, tosses),
         REFERENCE: lambda: _pybullet(tosses[:4]),
         "PyBullet, a sliding cube": lambda: _pybullet(slides[:4]),
     }
@@ -81,15 +77,6 @@ def _ours(shape: Shape, first: np.ndarray, effects: Mapping[str, Mapping[str, fl
     start = time.process_time()
     simulate(machines, shape, first, SAMPLES, SAMPLE_TIME, substeps=SUBSTEPS, threads=1)
     return MACHINES * len(first) * (SAMPLES - 1) * SUBSTEPS / (time.process_time() - start)
-
-
-def _on_all_cores(shape: Shape, first: np.ndarray) -> float:
-    """As many bodies more as there are cores, so that each has as much to do as the one thread had."""
-    cores = len(os.sched_getaffinity(0))
-    machines = np.repeat(pack(BODY, {})[None], MACHINES * cores, axis=0)
-    start = time.perf_counter()
-    simulate(machines, shape, first, SAMPLES, SAMPLE_TIME, substeps=SUBSTEPS, threads=cores)
-    return len(machines) * len(first) * (SAMPLES - 1) * SUBSTEPS / (time.perf_counter() - start)
 
 
 def _pybullet(first: np.ndarray) -> float:
