@@ -10,7 +10,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.saved import SavedDiagnosis
-from vision_s2r.diagnose.search import Search
+from vision_s2r.diagnose.search import Found, Search
 from vision_s2r.diagnose.settle import settle
 from vision_s2r.diagnose.settled import Settled
 from vision_s2r.diagnose.simulator import BETTER, is_open
@@ -61,11 +61,7 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
             case, assessor = quieter, Assessor(quieter, limits, jobs, cfg.seed)
             search = Search(case, assessor)
             found = search.run()
-        settled = settle(case, assessor, found)
-        # What free runs are better with, unnamed, may leave nothing: then the search had missed it.
-        if case.guessed and is_open(settled.found) and (more := search.resumed(settled.simulator.assessment)):
-            named = settle(case, assessor, more)
-            settled = named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
+        settled = _settled(case, assessor, search, found)
         if isinstance(recording, CameraRecording) and recording.pairing == "paired":
             settled = settled.at(case.finer(settled.simulator.hypothesis))
         written, experiment = report(case, assessor, settled)
@@ -82,6 +78,19 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
     if isinstance(recording, CameraRecording) and cfg.sensitivity:
         written |= {"policy": load("vision_s2r.diagnose.worth:worth")(written["effects"], cfg.sensitivity, cfg.policy)}
     return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
+
+
+def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Settled:
+    """The search's end settled; and gone on with where the simulator leaves nothing, but has no name for why.
+
+    Beside guesses: what free runs are better with stays in it unnamed, and the search had missed it then.
+    """
+    settled = settle(case, assessor, found)
+    if not (case.guessed and is_open(settled.found)):
+        return settled
+    more = search.resumed(settled.simulator.assessment)
+    named = settle(case, assessor, more) if more else settled
+    return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
 
 
 def _by_name(effects: Sequence[dict[str, Any]], names: Mapping[int, str]) -> list[dict[str, Any]]:

@@ -48,14 +48,14 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         found = self._searched()
-        return (self._one_instead(found) if self._case.guessed else None) or found
+        return self._one_instead(found) or found
 
     def _one_instead(self, found: Found) -> Found | None:
         """One name in the place of several, beside every other value as it was guessed, where that is as good a story.
 
         Refitted together guesses do most of an effect's work, and others are then found for what is left of it.
         """
-        if len(found.final.names - self._certain) < 2:
+        if not self._case.guessed or len(found.final.names - self._certain) < 2:
             return None
         bare = self._assessor.one(self._certain)
         free = [*self._candidates, *sorted(self._case.refitted - self._case.not_excited.keys())]

@@ -22,8 +22,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         simulator = simulator_at_end(case, assessor, found, firm)
         harmful = found.effects - simulator.names - firm - apart_from(case, simulator, firm)
         if not is_open(found):  # nothing is left with them: a gap as small as the noise tells nothing of harm
-            firm |= frozenset(name for name in harmful if _needed(assessor, found, name))
-        harmful -= firm
+            sure = frozenset(name for name in harmful if _needed(assessor, found, name))
+            firm, harmful = firm | sure, harmful - sure
         found = replace(found, effects=found.effects - harmful)
         whole = whole or simulator
         if idle := _idle(case, assessor, found, simulator, firm, whole):

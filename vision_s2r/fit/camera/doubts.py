@@ -54,7 +54,6 @@ class CameraDoubts:
         """`certain`: effects that are known to be there; `bits` of the real pictures' values."""
         self._study, self._predictor, self._fitter, self._uncertainty = study, predictor, fitter, uncertainty
         self._library, self._certain, self._bits = library, frozenset(certain), bits
-        self._count = len(study.pictures.real)
 
     @torch.inference_mode()
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
@@ -69,7 +68,7 @@ class CameraDoubts:
         without = {each: value for each, value in values.items() if each != name}
         if name in of_stage("noise"):
             return self._unseen_noise(values, without)
-        few = self._fitter.few(range(self._count))
+        few = self._fitter.few(range(self._study.count))
         (mean, variance), (other, other_variance) = (self._predictor.mean(each, few) for each in (values, without))
         yardstick = self._study.yardstick
         if name == "jpeg_compression":
@@ -117,7 +116,7 @@ class CameraDoubts:
     def _unseen_noise(self, values: Values, without: Values) -> bool:
         """Whether no brightness shows what differs in noise: read noise shows in the dark, and may nowhere else."""
         noise, bins = self._study.yardstick.noise, self._study.bins
-        variance, counts = bins.variance(range(self._count))
+        variance, counts = bins.variance(range(self._study.count))
         usable = np.isfinite(variance) & (counts > _SHOWING)
         spread, other = (np.sqrt(noise.at(each, bins.values)[usable]) for each in (values, without))
         return not usable.any() or float(((spread / other - 1) ** 2).max()) < _NEGLIGIBLE
@@ -163,7 +162,7 @@ class CameraDoubts:
     def _mixed(self, values: Values) -> bool:
         """Whether what is left shows the frame before, and so is no grain."""
         pictures, yardstick = self._study.pictures, self._study.yardstick
-        mean = self._predictor.frames(values, range(self._count), lit=True)[0]
+        mean = self._predictor.frames(values, range(self._study.count), lit=True)[0]
         left = pictures.real - self._predictor.encoded(mean, values)
         return of_frame_before(left, mean, yardstick.counted) > REMEMBERED
 
@@ -171,7 +170,7 @@ class CameraDoubts:
     def _shows_behind(self, values: Values, name: str) -> bool:
         """Whether what was rendered shows in an area that something else is said to fill: then it is light upon it."""
         pictures = self._study.pictures
-        mean = self._predictor.frames(values, range(self._count), lit=True)[0]
+        mean = self._predictor.frames(values, range(self._study.count), lit=True)[0]
         inside = inside_of(values[name], pictures.sim.shape[-2:], pictures.scale)
         return seen_behind(pictures.real, mean, self._study.yardstick.counted & inside)
 

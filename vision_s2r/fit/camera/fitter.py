@@ -37,7 +37,7 @@ class CameraFitter:
         self.target = Target(pictures, fitted_variance(pictures, study.yardstick.variance), counted)
         self._fits: dict[tuple[Names, tuple[int, ...]], Hypothesis] = {}
         self._noises: dict[tuple[object, ...], dict[str, dict[str, float]]] = {}
-        self._count, self._frames = len(pictures.real), frames_of_a_fit(pictures)
+        self._frames = frames_of_a_fit(pictures)
 
     def fit(self, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
         """The most likely parameters of these effects and discrepancies on these segments; `start` is near, or None."""
@@ -68,7 +68,7 @@ class CameraFitter:
         moving = charted(effects)
         if noisy:
             values |= self.fit_noise(values, noisy, segments)
-        whole = len(segments) == self._count
+        whole = len(segments) == self._study.count
         found = gauss_newton(self.target, values, moving, few, 6 if whole else 3)[0]
         if "low_resolution" in names:
             found = search_factor(self.target, found, few)[0]

@@ -155,7 +155,7 @@ class CameraPredictor:
         pictures, exposures = self._study.pictures, []
         if pictures.light == STEADY:
             return None
-        for segment in range(len(pictures.real)):
+        for segment in range(self._study.count):
             mean, _, weight = self.frames(hypothesis.values, [segment], lit=False)
             exposures += stops(pictures.light.on(mean, pictures.real[[segment]], weight), pictures.encoding).tolist()
         spread = float(np.std(exposures, ddof=1))

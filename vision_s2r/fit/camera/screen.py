@@ -29,13 +29,12 @@ class CameraScreen:
     ) -> None:
         self._study, self._predictor, self._fitter = study, predictor, fitter
         self._library, self._discrepancies = library, frozenset(discrepancies)
-        self._count = len(study.pictures.real)
         self._gains: dict[tuple[object, str], float] = {}
 
     @torch.inference_mode()
     def gains(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each name would gain: one linear step from the best of a few settings."""
-        few, key = self._fitter.few(range(self._count))[:2], key_of(hypothesis)
+        few, key = self._fitter.few(range(self._study.count))[:2], key_of(hypothesis)
         linear = self._linear(hypothesis, few)
         for name in names:
             if (key, name) not in self._gains:
@@ -76,15 +75,15 @@ class CameraScreen:
     def _unknown_gain(self, hypothesis: Hypothesis, name: str) -> float:
         """Of an unknown, which is fitted to all frames and asked of some."""
         names = frozenset({*hypothesis.values, *hypothesis.extra, name})
-        fitted, some = self._fitter.fit(names, range(self._count), hypothesis), range(0, self._count, 4)
-        return (self._loglik(fitted, some) - self._loglik(hypothesis, some)) * self._count / len(some)
+        fitted, some = self._fitter.fit(names, range(self._study.count), hypothesis), range(0, self._study.count, 4)
+        return (self._loglik(fitted, some) - self._loglik(hypothesis, some)) * self._study.count / len(some)
 
     def _gain_apart(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
         values = dict(hypothesis.values) | self._fitter.fit_apart(hypothesis.values, [name], few)
         if self._library[name].is_neutral(values[name]):
             return 0.0
         gain = self._loglik(Hypothesis(values), few) - self._loglik(hypothesis, few)
-        return max(gain, 0.0) * self._count / len(few)
+        return max(gain, 0.0) * self._study.count / len(few)
 
     def _loglik(self, hypothesis: Hypothesis, segments: Segments) -> float:
         return sum(float(each.loglik.sum()) for each in self._predictor.scored(hypothesis, segments))
@@ -98,7 +97,7 @@ class CameraScreen:
 
     def _noise_gain(self, hypothesis: Hypothesis, name: str) -> float:
         noise, bins = self._study.yardstick.noise, self._study.bins
-        segments = range(self._count)
+        segments = range(self._study.count)
         variance, counts = bins.variance(segments)
         usable = np.isfinite(variance)
         names = [*[each for each in hypothesis.values if each in of_stage("noise")], name]

@@ -67,6 +67,11 @@ class Study:
     proposals: Sequence[frozenset[str]]
     area: Area | None = None  # which shows something else than the simulator drew, px of `pictures`
 
+    @property
+    def count(self) -> int:
+        """Frames."""
+        return len(self.pictures.real)
+
     def known(self, names: Collection[str]) -> dict[str, Mapping[str, float]] | None:
         """Values of exactly these effects that a fit has ended with already."""
         for values in self.links:

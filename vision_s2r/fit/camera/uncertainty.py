@@ -20,7 +20,6 @@ class CameraUncertainty:
 
     def __init__(self, study: Study, fitter: CameraFitter) -> None:
         self._study, self._fitter = study, fitter
-        self._count = len(study.pictures.real)
         self._spreads: dict[tuple[object, ...], Spread] = {}
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
@@ -29,8 +28,8 @@ class CameraUncertainty:
 
     def _intervals_apart(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """By leaving out groups of frames in turn (jackknife)."""
-        names, groups = at_stage(hypothesis.values, *APART), min(4, self._count)
-        rest = [[k for k in range(self._count) if k % groups != group] for group in range(groups)]
+        names, groups = at_stage(hypothesis.values, *APART), min(4, self._study.count)
+        rest = [[k for k in range(self._study.count) if k % groups != group] for group in range(groups)]
         left = [self._fitter.fit_apart(hypothesis.values, names, some) for some in rest]
         found: dict[str, dict[str, tuple[float, float]]] = {}
         for name in names:

@@ -58,7 +58,7 @@ class FirstLook:
         `grids`: the encoder's, if its quantization is an effect of the library, and if it is none. `near` is what a
         search has found already; the noise is read off what it leaves, where that is less.
         """
-        self.track, self._names, self._library, self._apart = track, names, library, frozenset(apart)
+        self.track, self._names, self._library, self._apart = track, names, frozenset(library), frozenset(apart)
         (self._grid, unknown_grid), self._near, self._jobs = grids, near, jobs
         self._segments = range(track.count)
         self.promising = set()
@@ -148,7 +148,7 @@ class FirstLook:
             noise = np.minimum(noise, fast_variance(residuals, lengths))
         for _ in range(LAYERS):
             apart = {"torque_constant", "proportional_gain", "encoder_quantization", *self._apart}
-            free = sorted(frozenset(self._library) - names_of(best) - apart)
+            free = sorted(self._library - names_of(best) - apart)
             gains = self.fitter.gains(best, free, segments)
             self.promising |= {name for name in free if gains[name] > PROMISING}
             name = max(free, key=lambda each: gains[each], default=None)
