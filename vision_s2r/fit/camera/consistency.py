@@ -6,9 +6,13 @@ upright and too small where they lie; an exposure for scattered light, too small
 the size of the effect is estimated anew, as a share of what it was found to be. A true one is as large everywhere,
 whatever else is wrong in some of the pictures: what differs from frame to frame, as the light of a second picture on
 the first does, is an error of the estimate, and a stand-in is wrong in the same place of all of them.
+
+And a picture that is blurred lacks fine detail, wherever that is. Frames that shake, or are seen through warm air, have
+it, only elsewhere; pixel by pixel a blur is less wrong of them than what is sharp in the wrong place.
 """
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.fit.camera.fitting import FREEDOM
@@ -23,6 +27,9 @@ EVERY = (*GEOMETRIC, "brightness", "channel")
 _LEAST = 0.01  # share of the effect's work, that a bin must have to be asked
 _CLEAR = 25.0  # squared standard deviations of noise, likewise
 _MOST = 1.0  # that one bin says of it: a place where something else is far off decides nothing
+LACKING = 0.3  # of the detail that a blur is to take away, by which a true one may take more or less
+_FINE = 4  # px to either side, over which what is finer than their mean is detail
+_HEARD = 0.5  # of the noise's own detail: less tells nothing
 _SECTORS, _RINGS, _LEVELS, _CELLS = 4, 4, 5, 3
 
 
@@ -45,6 +52,26 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
     tables["colour"] = _by_colour(change, residual, weight)
     sizes = {name: _unlike(each, off) for name, (each, off) in tables.items()}
     return {name: size for name, size in sizes.items() if size is not None}
+
+
+def detail_lacking(real: Tensor, blurred: Tensor, sharp: Tensor, noise: Tensor, counted: Tensor) -> float | None:
+    """Of the fine detail that a blur takes away, the share that real pictures [B, C, H, W] lack: 1 of a true one.
+
+    `blurred` and `sharp` are predicted with it and without, `noise` its variance, `counted` [B, 1, H, W] where pixels
+    count. None where the noise hides it.
+    """
+    own = noise * (1 - 1 / (2 * _FINE + 1) ** 2)
+    is_real, is_blurred, is_sharp = (_detail(each) for each in (real, blurred, sharp))
+    taken, lacking, added = (
+        float((each * counted).double().sum()) for each in (is_sharp - is_blurred, is_sharp + own - is_real, own)
+    )
+    return lacking / taken if taken > _HEARD * added else None
+
+
+def _detail(picture: Tensor) -> Tensor:
+    """Squares [B, C, H, W] of what is finer than the mean of the pixels around."""
+    mean = F.avg_pool2d(F.pad(picture, (_FINE,) * 4, mode="replicate"), 2 * _FINE + 1, 1)
+    return (picture - mean).square()
 
 
 def _unlike(each: Tensor, off: Tensor) -> float | None:

@@ -17,7 +17,9 @@ from vision_s2r.fit.camera.consistency import (
     DIRECTION,
     EVERY,
     GEOMETRIC,
+    LACKING,
     PARITY,
+    detail_lacking,
     disagreement,
 )
 from vision_s2r.fit.camera.coordinates import at_scale
@@ -65,7 +67,7 @@ class CameraDoubts:
             return bool(self._library[name].is_neutral(values[name]))
         if excitation.faint(name, values, self._study.pictures.scale) or self._within_a_lens(name, values):
             return True
-        without = {each: value for each, value in values.items() if each != name}
+        without = _without(values, name)
         if name in of_stage("noise"):
             return self._unseen_noise(values, without)
         few = self._fitter.few(range(self._study.count))
@@ -140,7 +142,7 @@ class CameraDoubts:
         found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         axes = EVERY if stage in ("light", "tone") else GEOMETRIC
-        if _differs(found, axes) or _between_channels(name, found):
+        if _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis.values, name):
             return True
         if not charted([name]):
             return False
@@ -149,14 +151,14 @@ class CameraDoubts:
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether rows, columns or channels ask for another size of it, even where no more than noise is left.
 
-        Or edges that run another way, of what moves or blurs them.
+        Or edges that run another way, of what moves or blurs them; or whether pictures are sharp that it blurs.
         """
         stage = CAMERA_FITS[name].stage
         if stage in APART:
             return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
         found = self._disagreements(hypothesis.values, name)
         axes = (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY
-        return _differs(found, axes) or _between_channels(name, found)
+        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis.values, name)
 
     @torch.inference_mode()
     def _mixed(self, values: Values) -> bool:
@@ -181,10 +183,26 @@ class CameraDoubts:
             return {}
         asked = sorted(self._study.ranked[:_ASKED])
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
-        without = {each: value for each, value in values.items() if each != name}
-        other = self._predictor.frames(without, asked, lit=True)[0]
+        other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
         left = self._study.pictures.real[asked] - self._predictor.encoded(mean, values)
         return disagreement(mean - other, left, weight, other)
+
+    @torch.inference_mode()
+    def _is_sharp(self, values: Values, name: str) -> bool:
+        """Whether the real pictures do not lack the detail that a blur takes away."""
+        if CAMERA_FITS[name].stage != "blur":
+            return False
+        asked = sorted(self._study.ranked[:_ASKED])
+        mean, noise, _ = self._predictor.frames(values, asked, lit=True)
+        other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
+        blurred, sharp = (self._predictor.encoded(each, values) for each in (mean, other))
+        counted = self._study.yardstick.counted[asked]
+        lacking = detail_lacking(self._study.pictures.real[asked], blurred, sharp, noise, counted)
+        return lacking is not None and abs(lacking - 1) > LACKING
+
+
+def _without(values: Values, name: str) -> Values:
+    return {each: value for each, value in values.items() if each != name}
 
 
 def _differs(found: Mapping[str, float], axes: Sequence[str]) -> bool:
