@@ -222,6 +222,53 @@ def _one_sided(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.
     return alter
 
 
+def _knocks(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The joint is knocked now and then: torques of a few samples beside the commands [T]."""
+    seed = int(rng.integers(2**31))
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        each = np.random.default_rng(seed)
+        knocks = np.where(each.random(len(command)) < 0.02, each.normal(size=len(command)), 0.0)
+        return command + 2 * x * np.ptp(command) * np.convolve(knocks, np.ones(3))[: len(command)]
+
+    return alter
+
+
+def _slow_drive(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The drive takes a command only every so often, and holds it."""
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        every = 2 + round(14 * x)
+        return command[np.arange(len(command)) // every * every]
+
+    return alter
+
+
+def _loose_contact(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """A contact opens for tens of milliseconds, in which the drive gives nothing."""
+    seed = int(rng.integers(2**31))
+
+    def alter(command: np.ndarray) -> np.ndarray:
+        each = np.random.default_rng(seed)
+        opened = np.convolve(each.random(len(command)) < 0.06 * x, np.ones(int(each.integers(3, 12))))
+        return np.where(opened[: len(command)] > 0, 0.0, command)
+
+    return alter
+
+
+def _uneven_scale(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """An encoder's scale is uneven: errors of a few periods a turn, on position and rate [T, 2]."""
+    orders = rng.choice(np.arange(4, 16), 3, replace=False).astype(float)
+    phases = rng.uniform(0, 2 * np.pi, 3)
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        angle = orders * shown[:, :1] + phases
+        offset = 0.2 * x * ((np.sin(angle) - np.sin(phases)) / orders).sum(axis=1)
+        return np.stack([shown[:, 0] + offset, shown[:, 1] * (1 + 0.2 * x * np.cos(angle).sum(axis=1))], axis=1)
+
+    return alter
+
+
 @dataclass(frozen=True)
 class UnknownEffect:
     """An effect outside the vocabulary.
@@ -251,6 +298,10 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "mount_resonance": UnknownEffect(_mount),
         "torque_constant_saturation": UnknownEffect(_core),
         "friction_that_warms_up": UnknownEffect(_cold),
+        "knocks": UnknownEffect(command=_knocks),
+        "slow_drive": UnknownEffect(command=_slow_drive),
+        "loose_contact": UnknownEffect(command=_loose_contact),
+        "uneven_scale": UnknownEffect(sensor=_uneven_scale),
     },
     "reporting": {
         "hysteresis": UnknownEffect(_hysteresis),
