@@ -17,8 +17,8 @@ from vision_s2r.fit.camera.consistency import (
     DIRECTION,
     EVERY,
     GEOMETRIC,
-    LACKING,
     PARITY,
+    SHARP,
     detail_lacking,
     disagreement,
 )
@@ -189,7 +189,7 @@ class CameraDoubts:
 
     @torch.inference_mode()
     def _is_sharp(self, values: Values, name: str) -> bool:
-        """Whether the real pictures do not lack the detail that a blur takes away."""
+        """Whether the real pictures are about as sharp as without a blur."""
         if CAMERA_FITS[name].stage != "blur":
             return False
         asked = sorted(self._study.ranked[:_ASKED])
@@ -198,7 +198,7 @@ class CameraDoubts:
         blurred, sharp = (self._predictor.encoded(each, values) for each in (mean, other))
         counted = self._study.yardstick.counted[asked]
         lacking = detail_lacking(self._study.pictures.real[asked], blurred, sharp, noise, counted)
-        return lacking is not None and abs(lacking - 1) > LACKING
+        return lacking is not None and abs(lacking) < SHARP  # far less than none: something sharpens what was blurred
 
 
 def _without(values: Values, name: str) -> Values:
