@@ -8,7 +8,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.beside import BesideUnknownSearch
 from vision_s2r.fit.case import NOMINAL, BesideUnknown, Case, Hypothesis, Names
 
-SINGLES = 8  # effects that are tried alone
+SINGLES = 3  # effects alone that are held out, the likeliest in the fit
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
@@ -59,9 +59,10 @@ class Search:
             return None
         bare = self._assessor.one(self._certain)
         free = [*self._candidates, *sorted(self._case.refitted - self._case.not_excited.keys())]
-        gains = self._case.screen(bare.hypothesis, free)
-        likely = sorted(free, key=lambda name: -gains[name])[:SINGLES]
-        tried = self._assessor.assess([(self._certain | {name}, bare.hypothesis) for name in likely])
+        # By the fits, not by the screen: a gain may be hidden by an optimum that is far from where it begins.
+        fits = self._assessor.fit((self._certain | {name}, bare.hypothesis) for name in free)
+        likely = sorted(fits, key=lambda names: -fits[names])[:SINGLES]
+        tried = self._assessor.assess([(names, bare.hypothesis) for names in likely])
         best = max(tried, key=lambda each: each.score, default=bare)
         if best.rest > NEARLY or self._assessor.worth(found.final, best):
             return None

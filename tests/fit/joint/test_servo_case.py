@@ -29,7 +29,7 @@ NOMINAL = {
 }
 
 
-def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None):
+def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None, nominal=NOMINAL):
     """Five episodes of sines and jumps, simulated in steps of a quarter of a millisecond; `on` is what scales u."""
     rng = np.random.default_rng(0)
     t = np.arange(round(seconds * rate)) / rate + rng.uniform(0, jitter / rate, (5, round(seconds * rate)))
@@ -39,13 +39,13 @@ def a_servo(rate, effects, jitter=0.2, seconds=4.0, noise=2e-4, on=None):
         levels = rng.uniform(-1, 1, 20)
         levels[0] = 0
         target[row] = levels[(t[row] / hold).astype(int)]
-    machine = pack(NominalJoint(**NOMINAL), effects)[None]
+    machine = pack(NominalJoint(**nominal), effects)[None]
     supply = None if on is None else np.broadcast_to(on, t.shape)
     steps = round(4000 / rate)
     states = simulate(machine, target, np.zeros((5, 2)), 1 / rate, times=t, scale=supply, substeps=steps)[0]
     position = states[..., 0] + noise * rng.standard_normal(t.shape)
     lengths = np.full(5, t.shape[1])
-    recording = JointRecording(NOMINAL, 1 / rate, "rotary", target, position, None, lengths, tuple(range(5)), t)
+    recording = JointRecording(nominal, 1 / rate, "rotary", target, position, None, lengths, tuple(range(5)), t)
     return replace(recording, supply=supply)
 
 
@@ -146,6 +146,13 @@ def test_an_encoder_without_steps_is_not_tried_where_something_is_left():
 def test_one_limit_is_named_rather_than_a_gain_and_a_constant_that_make_up_for_each_other():
     report = diagnose(a_servo(50.0, {"torque_saturation": {"limit": 6.0}}))
     assert [effect.name for effect in report.effects] == ["torque_saturation"]
+
+
+def test_one_gain_is_named_rather_than_a_damping_and_a_limit_that_make_up_for_it():
+    nominal = {**NOMINAL, "derivative_gain": 0.23, "command_limit": 3.2}
+    report = diagnose(a_servo(50.0, {"derivative_gain": {"value": 0.215}}, nominal=nominal))
+    assert [effect.name for effect in report.effects] == ["derivative_gain"] and report.verdict == "explained"
+    assert report.effects[0].parameters["value"].value == pytest.approx(0.215, rel=0.01)
 
 
 def test_a_delay_of_a_thirtieth_of_a_sample_is_seen():
