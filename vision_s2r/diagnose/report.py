@@ -18,7 +18,7 @@ OF_EFFECT = 2  # places of each named effect
 SLIGHT = (
     f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do about as well without it"
 )
-NEAR_FLOOR = 5.0  # times the floor: a gap this large is not explained
+NEAR_FLOOR = 5.0  # times the floor: a gap this large is neither explained nor none, be it of rare instants
 MORE = "Record more of it, under conditions that differ more from each other than these."
 
 
@@ -51,12 +51,12 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, 
 def verdict(assessor: Assessor, settled: Settled) -> str:
     """no_gap, explained, partly_explained or unexplained."""
     found, gap, unsteady = settled.found, settled.gap, bool(assessor.case.unsteady)
+    near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
     if found.effects:
-        near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
         if found.adequate and not found.unknown and not unsteady and near:
             return "explained"
         return "unexplained" if _beside_the_point(assessor.case, settled) else "partly_explained"
-    if found.unknown or unsteady or settled.harmful or not assessor.adequate(found.nominal):
+    if found.unknown or unsteady or settled.harmful or not (near and assessor.adequate(found.nominal)):
         return "unexplained"
     return "no_gap"
 
