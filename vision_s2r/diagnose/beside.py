@@ -4,12 +4,13 @@ Evidence has the unknown integrated out (`fit/joint/smooth_unknown.py`), so that
 and not by whether it could do their work. Sets move by one effect more, one less, or one for another.
 """
 
+import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.fit.case import BesideUnknown, Hypothesis, Names
-from vision_s2r.fit.selection import EVIDENCE
+from vision_s2r.fit.selection import EVIDENCE, WORK
 
 BEGUN = 4  # sets that are looked at first
 FOLLOWED = 4  # effects more, the most promising by the screen, that are fitted; half as many in another's place
@@ -17,17 +18,28 @@ FAR = 4.0  # of the noise's variance, that all of the unknown leaves beside the 
 VISIBLE = 1.0  # nats that an effect has to seem to gain to be fitted
 MOST_FITS = 30  # after which no better set is looked for
 STARTS = 3  # that one set is fitted from
+SPARED = 1.1  # times the work that functions have without effects beside a disturbance, that they may have with some
 OWN = 0.1  # of what an effect brings beside nothing unknown, that it has to bring beside all of it
 
 
 class BesideUnknownSearch:
     """The search for effects beside something unknown."""
 
-    def __init__(self, case: BesideUnknown, assessor: Assessor, candidates: Sequence[str], always: Names) -> None:
-        """`candidates` are effects that may be named; `always` is what every set has."""
+    def __init__(
+        self,
+        case: BesideUnknown,
+        assessor: Assessor,
+        candidates: Sequence[str],
+        always: Names,
+        disturbance: Names = frozenset(),
+    ) -> None:
+        """`candidates` are effects that may be named; `always` is what every set has.
+
+        `disturbance` is in every set, too: the case's, where functions do not do all of the unknown's work.
+        """
         self._case, self._cfg, self._left = case, assessor.cfg, assessor.left
-        self._candidates, self._always = frozenset(candidates), always
-        self._unknown = frozenset(case.discrepancies)
+        self._candidates, self._always = frozenset(candidates), always | disturbance
+        self._unknown, self._disturbed = frozenset(case.discrepancies), bool(disturbance)
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
         self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
         self._fitted: dict[Names, Hypothesis] = {}
@@ -54,7 +66,7 @@ class BesideUnknownSearch:
             effects = names & self._candidates
             if effects not in self._fitted and len(self._fitted) < BEGUN:
                 self._fit(effects, hypothesis)
-        if all(self._left(of) > FAR for of in self._fitted.values()):
+        if not self._disturbed and all(self._left(of) > FAR for of in self._fitted.values()):
             return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
         self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
@@ -82,8 +94,12 @@ class BesideUnknownSearch:
         return self._fitted[effects]
 
     def _score(self, of: Hypothesis) -> float:
-        # Guesses that are off are done by whatever may do it: beside them more is asked of a name.
-        each = self._cfg.promising if self._case.guessed else self._cfg.evidence
+        nothing = self._fitted.get(frozenset(), of)
+        if self._disturbed and of.extra[WORK] > SPARED * nothing.extra[WORK] + VISIBLE:
+            return -math.inf  # an effect that is there spares functions their work: what gives them more only helps
+        # Guesses that are off, and what is no function, are done by whatever may do it: beside them more is asked.
+        doubtful = self._case.guessed or self._disturbed
+        each = self._cfg.promising if doubtful else self._cfg.evidence
         return float(of.extra[EVIDENCE]) - each * len(self._effects(of))
 
     def _effects(self, of: Hypothesis) -> Names:

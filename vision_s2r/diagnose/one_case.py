@@ -69,7 +69,8 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}
         if written["verdict"] in OPEN:
-            written["unexplained"]["resembles"] += case.symptoms(settled.simulator.hypothesis)
+            ends = settled.simulator.hypothesis, settled.found.final.hypothesis
+            written["unexplained"]["resembles"] += case.symptoms(*ends)
     if isinstance(recording, CameraRecording) and recording.pairing == "paired":
         with case.session():
             written |= {"light": case.light(settled.simulator.hypothesis)}
@@ -81,16 +82,21 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
 
 
 def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Settled:
-    """The search's end settled; and gone on with where the simulator leaves nothing, but has no name for why.
+    """The search's end settled; and gone on with where something is left.
 
-    Beside guesses: what free runs are better with stays in it unnamed, and the search had missed it then.
+    Beside guesses, where the simulator leaves nothing, but has no name for why: what free runs are better with stays in
+    it unnamed, and the search had missed it then. Else where nothing has a name: the unknown may be no function.
     """
     settled = settle(case, assessor, found)
-    if not (case.guessed and is_open(settled.found)):
+    if not is_open(settled.found):
         return settled
-    more = search.resumed(settled.simulator.assessment)
-    named = settle(case, assessor, more) if more else settled
-    return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
+    if case.guessed:
+        more = search.resumed(settled.simulator.assessment)
+        named = settle(case, assessor, more) if more else settled
+        return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
+    nameless = settled.found.effects <= frozenset(case.certain)
+    more = search.beside_disturbance(found) if nameless else None
+    return settle(case, assessor, more) if more else settled
 
 
 def _by_name(effects: Sequence[dict[str, Any]], names: Mapping[int, str]) -> list[dict[str, Any]]:

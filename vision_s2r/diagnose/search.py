@@ -101,11 +101,24 @@ class Search:
         alone = self._assessor.adequate(final) and len(final.names - self._certain) < COINCIDENCE
         return self._found(final, final, self._assessor.one(self._base)) if alone else None
 
+    def beside_disturbance(self, found: Found) -> Found | None:
+        """Effects that show beside an unknown that is no function of anything recorded; where there are any."""
+        case = self._integrating
+        if case is None or not case.disturbance:
+            return None
+        search = BesideUnknownSearch(case, self._assessor, self._candidates, self._base, case.disturbance)
+        best = search.best([(self._base, NOMINAL), (found.final.names, found.final.hypothesis)])
+        if not best.values.keys() - self._base:
+            return None
+        names = frozenset(best.values) | self._base | self._discrepancies | case.disturbance
+        beside = self._assessor.one(names, best)
+        return self._found(beside, beside, self._assessor.one(self._base))
+
     def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names = frozenset()) -> Found:
         """`resembles`: discrepancies beside those that the final set fits; of its names some may come to nothing."""
         assess = self._assessor
         resembles |= self._discrepancies & final.hypothesis.extra.keys()
-        unknown = final.names & self._discrepancies
+        unknown = final.names - frozenset(self._case.library)
         adequate = assess.adequate(final) or (not unknown and self._slight(final))
         # Beside something unknown, a nominal parameter that seems to differ, or a gain for some, may be doing its work.
         doubtful = frozenset() if adequate and not unknown else self._case.refitted | final.names - named.names

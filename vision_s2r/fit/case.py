@@ -201,6 +201,8 @@ class Case(Protocol):
 class BesideUnknown(Case, Protocol):
     """A case whose discrepancies, all at once, are integrated out: what fits them has its `evidence` in `extra`."""
 
+    disturbance: Names  # a name that is fitted beside them: what is of its own instants, no function. None: it has none
+
     def starts_beside(self, hypothesis: Hypothesis, names: Sequence[str]) -> Mapping[str, tuple[float, Hypothesis]]:
         """About how many nats each effect would gain beside the unknown of a hypothesis, and where its fit begins."""
         ...

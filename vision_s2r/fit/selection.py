@@ -12,6 +12,7 @@ from vision_s2r.fit.maximum_likelihood import Data, Fitted, Residuals, S, costs,
 
 SCALE = "scale"  # key of a hypothesis' extra: the scale² [channels] of its residual
 EVIDENCE = "evidence"  # … its log-likelihood, nats, with something unknown beside its effects integrated out
+WORK = "work"  # … nats of it that the unknown costs: how far from nothing, and how free to be so, it is
 SHIFTS = np.array([1e-6, 1e-2])  # dampings of the step to some of the segments that are tried
 
 

@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+import pytest
 from scipy.signal import lfilter
 
 from tests.identify.machines import a_log, steps
@@ -19,3 +21,15 @@ def test_a_lag_of_the_drive_is_no_latency_though_nothing_is_left_with_one() -> N
 def test_a_latency_is_no_lag_of_the_drive() -> None:
     report = diagnose(a_log({"latency": {"delay": 0.012}}, steps(5, 200), (1e-3, 2e-2)))
     assert report.verdict == "explained" and [effect.name for effect in report.effects] == ["latency"]
+
+
+@pytest.mark.parametrize("named", [{"load_dependent_friction": {"coefficient": 0.2}}, {}])
+def test_a_friction_has_its_name_beside_knocks_and_knocks_have_none(named) -> None:
+    command, drawn = steps(5, 400), np.random.default_rng(4)
+    knocks = np.where(drawn.random(command.shape) < 0.02, drawn.normal(size=command.shape), 0.0)
+    knocked = command + 1.2 * sum(np.roll(knocks, lag, axis=1) for lag in range(3))
+    report = diagnose(replace(a_log(named, knocked, (1e-4, 2e-3)), command=command))
+    assert report.verdict == ("partly_explained" if named else "unexplained")
+    found = {effect.name: {key: value.value for key, value in effect.parameters.items()} for effect in report.effects}
+    assert found == {name: pytest.approx(values, rel=0.1) for name, values in named.items()}
+    assert any("torques of their own instants" in each for each in report.unexplained.resembles) == bool(named)

@@ -1,7 +1,7 @@
 """A log of a joint as a case of the diagnosis."""
 
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import asdict, replace
 
@@ -9,8 +9,9 @@ import numpy as np
 
 from vision_s2r.effects import Effect, Parameter
 from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
-from vision_s2r.fit.joint import smooth_unknown, uncertainty
+from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET, of_episodes
+from vision_s2r.fit.joint.disturbance import DISTURBANCE
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
 from vision_s2r.fit.joint.experiments import experiment
@@ -20,7 +21,7 @@ from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.noise import fast_variance
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
-from vision_s2r.fit.joint.smooth_unknown import VARIANCES, SmoothUnknown
+from vision_s2r.fit.joint.smooth_unknown import ALL, VARIANCES, SmoothUnknown
 from vision_s2r.fit.joint.stick_slip import stick_slip
 from vision_s2r.fit.joint.track import fast_noise, make_track, with_load
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
@@ -32,6 +33,7 @@ LOUDER = 0.25  # of the noise's variance: a search that ends with less was misle
 TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulator's own
 ONE_GAIN = "it is one with the proportional gain"
 NEVER_OFF = "the drive is never off: it is one with viscous damping"
+INSTANTS = "torques of their own instants, as of knocks, lost commands, or a contact that opens"
 NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
@@ -76,6 +78,9 @@ class JointCase:
         base, grids = self._with_own(self.refitted | frozenset(self.certain)), (self._grid, None if known else grid)
         self._begin(FirstLook(track, base, library, self._apart, grids, near, jobs))
         self.described = self._describe()
+        # A law that leads the joint back makes of each torque more than an observer's correction undoes.
+        self.disturbance: Names = frozenset() if track.servo else frozenset({DISTURBANCE})
+        self._disturbed: SmoothUnknown | None = None
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.BlockScores] = {}
 
@@ -126,11 +131,9 @@ class JointCase:
         torque and a position offset are each recording's own where there are several.
         """
         names = self._with_own(names)
-        if names >= smooth_unknown.ALL:
-            begun = start or NOMINAL
-            if len(segments) < self.segments:
-                return self._smooth.part(begun, segments)
-            return self._smooth.fit(names, begun)
+        if names >= ALL:
+            begun, smooth = start or NOMINAL, self._smooth_beside(names)
+            return smooth.fit(names, begun) if len(segments) == self.segments else smooth.part(begun, segments)
         return self._fitter.fit(names, list(segments), start)
 
     def loglik(self, hypothesis: Hypothesis, segments: Segments) -> list[np.ndarray]:
@@ -195,13 +198,22 @@ class JointCase:
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each of these names would gain."""
-        if hypothesis.extra.keys() & hypothesis.extra.get(VARIANCES, {}).keys():
+        if hypothesis.extra.keys() & {DISTURBANCE, *hypothesis.extra.get(VARIANCES, {})}:
             return {name: gain for name, (gain, _) in self.starts_beside(hypothesis, names).items()}
         return self._fitter.gains(hypothesis, list(names), range(self.segments))
 
     def starts_beside(self, hypothesis: Hypothesis, names: Sequence[str]) -> Mapping[str, tuple[float, Hypothesis]]:
         """About how many nats of evidence each effect would gain beside a Gaussian process, and where it starts."""
-        return self._smooth.screen(hypothesis, names)
+        return self._smooth_beside(hypothesis.extra).screen(hypothesis, names)
+
+    def _smooth_beside(self, names: Container[str]) -> SmoothUnknown:
+        """The processes, beside a disturbance if the names have it."""
+        if DISTURBANCE not in names:
+            return self._smooth
+        with self._lock:
+            if self._disturbed is None:
+                self._disturbed = self._smooth.disturbed(self._with_own(self.refitted | frozenset(self.certain)))
+        return self._disturbed
 
     def proposals(self) -> Sequence[Names]:
         """None: every effect is tried."""
@@ -278,10 +290,10 @@ class JointCase:
         """Effects of the hypothesis that the recording could not have shown beside its others, and why."""
         return not_excited(self._fitter, hypothesis, self._expected / self._temper, sorted(hypothesis.values))
 
-    def symptoms(self, hypothesis: Hypothesis) -> list[str]:
-        """What a servo's joint does that no function of the search shows, in words."""
+    def symptoms(self, hypothesis: Hypothesis, final: Hypothesis = NOMINAL) -> list[str]:
+        """What a joint does that no function of the search shows, in words: `final` is the search's end."""
         if not self.recording.servo:
-            return []
+            return [INSTANTS] * (DISTURBANCE in final.extra)
         simulated = _free_run(self.recording, hypothesis)[..., 0]
         found = stick_slip(self.recording, simulated, self._grid.resolution if self._grid else 0.0)
         return [found.described(gap_metric(self.recording)[1])] if found else []

@@ -6,6 +6,8 @@ each a smooth function that is small a priori. How large it may be is what makes
 Computation 4, 1992): most vanish. The *evidence* of a set of effects is the likelihood with the discrepancy integrated
 out, by Laplace's approximation. An effect that is there spares the discrepancy work: what is left for that is smaller,
 or nothing, where one without the effect has to be large and bent, even if it can do all of the effect's work.
+
+What no smooth function is may be integrated out beside them, as torques of their own instants (`disturbance.py`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,14 +16,16 @@ from functools import cached_property
 
 import numpy as np
 
-from vision_s2r.fit.case import Hypothesis, Names, Segments
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Segments
 from vision_s2r.fit.coordinates import Setting
 from vision_s2r.fit.joint.discrepancy import DISCREPANCIES, MEANINGS
+from vision_s2r.fit.joint.disturbance import DISTURBANCE, GAINS, beside
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
+from vision_s2r.fit.joint.noise import memory
 from vision_s2r.fit.joint.space import JointSpace
 from vision_s2r.fit.likelihood import influence, profile
-from vision_s2r.fit.selection import EVIDENCE, SCALE
+from vision_s2r.fit.selection import EVIDENCE, SCALE, WORK
 
 ALL: Names = frozenset(MEANINGS)  # the processes: names that have all of these are fitted so
 VARIANCES = "variances"  # key of a hypothesis' extra: of each process that is not nothing
@@ -117,12 +121,21 @@ class _Linear:
 class SmoothUnknown:
     """Fits of effects beside the processes."""
 
-    def __init__(self, fitter: JointFitter, floor: Floor) -> None:
-        """`floor` is what the noise of the recording is known to be."""
-        self._fitter, self._floor = fitter, floor
+    def __init__(self, fitter: JointFitter, floor: Floor, gain: float = 0.0) -> None:
+        """`floor` is what the noise of the recording is known to be, `gain` that of a disturbance, 0 where none is."""
+        self._fitter, self._floor, self._gain = fitter, floor, gain
         self._inside = fitter.track.segment >= 0  # [E, T]
         self._kept: tuple[object, _Linear] | None = None
         self._screened: dict[object, tuple[float, Hypothesis]] = {}
+
+    def disturbed(self, names: Names) -> "SmoothUnknown":
+        """The same beside a disturbance, of the gain that is likeliest where these effects are all that is known."""
+        found = self.fit(names | ALL, NOMINAL)
+        space, track = self._fitter.space(names_of(found)), self._fitter.track
+        left = self._residuals(space, space.start(found)[None])[0]
+        gain = min(GAINS, key=lambda each: self._profile(beside(each, left, track))[1])
+        temper = 1 / memory(beside(gain, left, track), track.lengths)
+        return SmoothUnknown(self._fitter, Floor(self._floor.scale, temper), gain)
 
     def fit(self, names: Names, start: Hypothesis) -> Hypothesis:
         """The likeliest values of these effects and of the processes, from the whole recording; with their evidence.
@@ -131,6 +144,7 @@ class SmoothUnknown:
         """
         known = start.extra.get(VARIANCES)
         variances = {name: FIRST if known is None else max(known.get(name, 0.0), AGAIN) for name in ALL}
+        names -= {DISTURBANCE}
         found = self._filled(names, start)
         for _ in range(ROUNDS):
             variances = {name: variance for name, variance in variances.items() if variance > NOTHING}
@@ -176,10 +190,8 @@ class SmoothUnknown:
         new = [name for name in names if (here, name) not in self._screened]
         if new:
             linear = self._about(hypothesis)
-            row, left = (
-                linear.layout.space.row(linear.point),
-                self._fitter.residuals(hypothesis, range(self._fitter.count)),
-            )
+            row = linear.layout.space.row(linear.point)
+            left = self._fitter.residuals(hypothesis, range(self._fitter.count))
             now = _evidence(linear, variances)[0]
             for name in new:
                 starts = JOINT_FITS[name].starts(self._fitter.track, row, left)
@@ -205,7 +217,8 @@ class SmoothUnknown:
     # -- one round
 
     def _residuals(self, space: JointSpace, points: np.ndarray) -> np.ndarray:
-        return self._fitter.observer.residuals(space, points, range(len(self._fitter.track.lengths)))
+        left = self._fitter.observer.residuals(space, points, range(len(self._fitter.track.lengths)))
+        return beside(self._gain, left, self._fitter.track)
 
     def _profile(self, residuals: np.ndarray) -> tuple[np.ndarray, float]:
         """The likeliest scale² [channels] of residuals [E, T, channels], and their negative log-likelihood, nats."""
@@ -259,9 +272,12 @@ class SmoothUnknown:
         self, space: JointSpace, point: np.ndarray, variances: Mapping[str, float], evidence: float
     ) -> Hypothesis:
         """The hypothesis at a point, with what is known of the processes that are not nothing."""
-        scale, _ = self._profile(self._residuals(space, point[None])[0])
+        scale, likelihood = self._profile(self._residuals(space, point[None])[0])
         there = {name: variance for name, variance in variances.items() if variance > NOTHING}
-        found = space.hypothesis(point, {SCALE: scale, VARIANCES: there, EVIDENCE: evidence})
+        disturbed = {DISTURBANCE: self._gain} if self._gain else {}
+        found = space.hypothesis(
+            point, {SCALE: scale, VARIANCES: there, EVIDENCE: evidence, WORK: -evidence - likelihood, **disturbed}
+        )
         return Hypothesis(found.values, {k: v for k, v in found.extra.items() if k not in ALL or k in there})
 
 

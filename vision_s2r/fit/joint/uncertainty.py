@@ -12,6 +12,7 @@ from scipy.stats import norm
 from scipy.stats import t as student
 
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.disturbance import DISTURBANCE, beside
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.smooth_unknown import VARIANCES, prior
@@ -65,7 +66,8 @@ def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
     space = fitter.space(names_of(hypothesis))
     point = space.start(hypothesis)
     data = fitter.data(range(track.count))
-    now, jacobian = observer.slopes(space, point, data.episodes)
+    gain = hypothesis.extra.get(DISTURBANCE, 0.0)
+    now, jacobian = (beside(gain, each, track) for each in observer.slopes(space, point, data.episodes))
     scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
     push = influence(now, scale) * data.weight[..., None]
     bend = np.maximum(push * (NU * scale - now**2) / (NU * scale + now**2), 0.0)
@@ -76,7 +78,7 @@ def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
         curvature.append(np.einsum("dsk,fsk,sk->df", part, part, bend[block]))
         slope.append(-np.einsum("dsk,sk->d", part, (push * now)[block]))
     fine = Observer(track, observer.substeps * FINER, observer.noise)
-    shift = fine.residuals(space, point[None], data.episodes)[0] - now
+    shift = beside(gain, fine.residuals(space, point[None], data.episodes)[0], track) - now
     shifts = [np.clip(shift, -np.sqrt(scale), np.sqrt(scale))]
     if track.servo:
         shifts.append(CLOCK * observer.rates(data.episodes))
