@@ -12,10 +12,10 @@ it, only elsewhere; pixel by pixel a blur is less wrong of them than what is sha
 """
 
 import torch
-import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.fit.camera.fitting import FREEDOM
+from vision_s2r.fit.camera.weighing import smoothed
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too
@@ -70,8 +70,7 @@ def detail_lacking(real: Tensor, blurred: Tensor, sharp: Tensor, noise: Tensor, 
 
 def _detail(picture: Tensor) -> Tensor:
     """Squares [B, C, H, W] of what is finer than the mean of the pixels around."""
-    mean = F.avg_pool2d(F.pad(picture, (_FINE,) * 4, mode="replicate"), 2 * _FINE + 1, 1)
-    return (picture - mean).square()
+    return (picture - smoothed(picture, _FINE)).square()
 
 
 def _unlike(each: Tensor, off: Tensor) -> float | None:

@@ -139,10 +139,8 @@ class CameraDoubts:
             return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
         if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
             return bool(hypothesis.extra["levels"].coefficients.size)
-        found = self._disagreements(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
-        axes = EVERY if stage in ("light", "tone") else GEOMETRIC
-        if _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis.values, name):
+        if self._stands_in(hypothesis.values, name, EVERY if stage in ("light", "tone") else GEOMETRIC):
             return True
         if not charted([name]):
             return False
@@ -156,9 +154,12 @@ class CameraDoubts:
         stage = CAMERA_FITS[name].stage
         if stage in APART:
             return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
-        found = self._disagreements(hypothesis.values, name)
-        axes = (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY
-        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis.values, name)
+        return self._stands_in(hypothesis.values, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
+
+    def _stands_in(self, values: Values, name: str, axes: Sequence[str]) -> bool:
+        """Whether pixels ask for another size of it along these axes, or channels do, or pictures are not blurred."""
+        found = self._disagreements(values, name)
+        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(values, name)
 
     @torch.inference_mode()
     def _mixed(self, values: Values) -> bool:

@@ -69,9 +69,9 @@ def _place(pictures: Tensor, encoding: Curve) -> Tensor:
     return (values.sqrt() if encoding == "linear" else values) * BINS
 
 
-def smoothed(pictures: Tensor) -> Tensor:
-    """The mean [B, C, H, W] of each pixel and its eight neighbours."""
-    return F.avg_pool2d(F.pad(pictures, (1,) * 4, mode="replicate"), 3, 1)
+def smoothed(pictures: Tensor, reach: int = 1) -> Tensor:
+    """The mean [B, C, H, W] of each pixel and its neighbours, of which there are `reach` to either side."""
+    return F.avg_pool2d(F.pad(pictures, (reach,) * 4, mode="replicate"), 2 * reach + 1, 1)
 
 
 def detail(mean: Tensor) -> Tensor:
