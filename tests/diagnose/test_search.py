@@ -206,9 +206,14 @@ def test_what_free_runs_of_several_motions_are_better_with_stays_in_the_simulato
 
 
 @pytest.mark.parametrize(
-    ("truth", "named"), [({"step": 0.5}, {"step"}), ({"step": 0.5, "wave": 0.5}, {"late_step", "wave"})]
+    ("truth", "named"),
+    [
+        ({"step": 0.5}, {"step"}),
+        ({"step": 0.5, "wave": 0.5}, {"step", "wave"}),
+        ({"step": 0.5, "wave": 0.5, "slope": 0.3}, {"late_step", "wave"}),
+    ],
 )
-def test_beside_guesses_one_name_takes_the_place_of_several_where_it_is_as_good(
+def test_beside_guesses_one_name_or_two_take_the_place_of_more_where_they_are_as_good(
     truth: dict[str, float], named: set[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     it = Curves(recording(1, **truth), guessed=frozenset({"offset", "slope"}))

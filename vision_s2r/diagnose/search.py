@@ -6,14 +6,13 @@ import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.beside import BesideUnknownSearch
+from vision_s2r.diagnose.exchange import NEARLY, fewer_names, instead_of_a_guess, swaps
 from vision_s2r.fit.case import NOMINAL, BesideUnknown, Case, Hypothesis, Names
 
-SINGLES = 3  # effects alone that are held out, the likeliest in the fit
 COINCIDENCE = 3  # so many effects at once may stand in for one unknown function
 MOST = 2.0  # times what an unknown leaves: effects that leave no more do most of its work
 TRIED = 4  # unknowns, or effects beside one, that are held out
 MUCH = 0.33  # of the gap: effects that leave no more do much work
-NEARLY = 0.5  # of the noise's variance: an unknown that leaves no more, in what it was fitted to, does its work
 ROUGH = 0.25  # of what is left without an effect of roughly known form: what its form may be to blame for
 ALIKE = 0.08  # of its size, by which a true effect may differ with a stand-in for something unknown and without
 
@@ -48,30 +47,14 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         found = self._searched()
-        return self._one_instead(found) or found
-
-    def _one_instead(self, found: Found) -> Found | None:
-        """One name in the place of several, beside every other value as it was guessed, where that is as good a story.
-
-        Refitted together guesses do most of an effect's work, and others are then found for what is left of it.
-        """
-        if not self._case.guessed or len(found.final.names - self._certain) < 2:
-            return None
-        bare = self._assessor.one(self._certain)
-        free = [*self._candidates, *sorted(self._case.refitted - self._case.not_excited.keys())]
-        # By the fits, not by the screen: a gain may be hidden by an optimum that is far from where it begins.
-        fits = self._assessor.fit((self._certain | {name}, bare.hypothesis) for name in free)
-        likely = sorted(fits, key=lambda names: -fits[names])[:SINGLES]
-        tried = self._assessor.assess([(names, bare.hypothesis) for names in likely])
-        best = max(tried, key=lambda each: each.score, default=bare)
-        if best.rest > NEARLY or self._assessor.worth(found.final, best):
-            return None
-        return self._found(best, best, self._assessor.one(self._base))
+        fewer = fewer_names(self._case, self._assessor, found.final, self._candidates)
+        return self._found(fewer, fewer, self._assessor.one(self._base)) if fewer else found
 
     def _searched(self) -> Found:
         base = self._assessor.one(self._base)
         integrating = self._integrating
         named = self._effects_alone(base, COINCIDENCE if integrating else self._cfg.most)
+        named = instead_of_a_guess(self._case, self._assessor, named, self._candidates)
         if integrating and not (self._assessor.adequate(named) or self._slight(named)):
             best = self._beside_unknown(integrating, named, base)
             if beside := self._integrated(best, NEARLY):
@@ -244,19 +227,16 @@ class Search:
 
         One of fewer parameters is taken unless the likelier is worth its others.
         """
-        rivals = [found, *self._assessor.rivals(self._swaps(found), found)]
+        rivals = [found, *self._swapped(found)]
         best = max(rivals, key=lambda assessment: assessment.score)
         simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
         return max(enough, key=lambda assessment: assessment.score, default=best)
 
-    def _swaps(self, found: Assessment) -> list[tuple[Names, Hypothesis]]:
-        """The set with an effect exchanged for one that may pass for it, in every way; and where its fit starts."""
-        return [
-            (found.names - {name} | {rival}, found.hypothesis)
-            for name in sorted(found.names - self._base)
-            for rival in sorted(self._case.confusable(name) & frozenset(self._candidates) - found.names)
-        ]
+    def _swapped(self, found: Assessment) -> list[Assessment]:
+        """The set with an effect exchanged for one that may pass for it, in every way that may be as good."""
+        wanted = swaps(self._case, found, found.names - self._base, self._candidates)
+        return self._assessor.rivals(wanted, found)
 
     def _parameters(self, found: Assessment) -> int:
         return sum(len(self._case.library[name].parameters) for name in found.names & frozenset(self._case.library))
@@ -379,7 +359,8 @@ class Search:
         if not added or self._assessor.adequate(found):
             return found
         without = self._assessor.one(found.names - added, found.hypothesis)
-        return found if self._assessor.little(found) and self._assessor.most(found, without) else without
+        kept = self._assessor.most(found, without) and (self._cfg.beside or self._assessor.little(found))
+        return found if kept else without
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
@@ -399,13 +380,29 @@ class Search:
 
     def _unmask(self, found: Assessment) -> Assessment:
         """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
-        whole = found
+        whole = found = self._freed(found)
         while True:
             masks = [name for name in sorted(found.names & self._effects) if self._stands_in(name, found, whole)]
             if not masks:
                 return found
             without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in masks])
             found = max(without, key=lambda less: less.score)
+            if self._cfg.beside and found.names & self._effects:  # what it did is left to an unknown, not to the others
+                more = self._beside(found)
+                found = more if self._assessor.most(more, found) else found
+
+    def _freed(self, found: Assessment) -> Assessment:
+        """With an unknown beside effects that look like stand-ins, if they do not beside it and keep their worth."""
+        masks = {name for name in found.names & self._effects if self._case.suspicious(found.hypothesis, name)}
+        if not (masks and self._cfg.beside):
+            return found
+        more = self._beside(found)
+        if more.rest > MUCH * found.rest or not self._assessor.better(more, found):
+            return found
+        more = self._shed(more, self._effects)
+        kept = more.names & self._effects
+        freed = masks & kept and not any(self._case.suspicious(more.hypothesis, name) for name in kept)
+        return more if freed else found
 
     def _stands_in(self, name: str, found: Assessment, whole: Assessment) -> bool:
         """Whether an effect looks like a stand-in in `found`, from which others that did are gone already.
@@ -453,7 +450,7 @@ class Search:
         gains = self._case.screen(self._assessor.one(whole, found.hypothesis).hypothesis, free)
         promising = sorted(free, key=lambda name: -gains[name])[: self._cfg.contenders]
         others = [whole | {name} for name in promising] + list(self._case.simplify(found.names))
-        others += [each.names | self._case.refitted for each in self._assessor.rivals(self._swaps(found), found)]
+        others += [each.names | self._case.refitted for each in self._swapped(found)]
         for names in others:
             simpler = self._shed(self._assessor.one(names, found.hypothesis), self._case.refitted)
             if len(simpler.names) < len(found.names) and not self._assessor.worth(found, simpler):

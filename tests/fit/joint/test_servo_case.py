@@ -136,6 +136,21 @@ def test_a_servo_that_answers_to_how_fast_its_error_changes_is_told_from_one_tha
     assert found == pytest.approx(truth, rel=0.03)
 
 
+def test_a_gain_is_found_beside_a_stronger_effect_though_a_guessed_damping_does_most_of_its_work():
+    truth = {"deadband": {"width": 0.0288}, "derivative_on_error": {"gain": 0.0189, "time_constant": 0.0072}}
+    soft = {
+        **NOMINAL,
+        "torque_constant": 0.7268,
+        "inertia": 0.01456,
+        "viscous_damping": 0.3184,
+        "bias_torque": 0.0923,
+        "proportional_gain": 5.707,
+        "command_limit": 2.131,
+    }
+    report = diagnose(a_servo(200.0, truth, nominal=soft))
+    assert report.verdict == "explained" and {effect.name for effect in report.effects} == truth.keys()
+
+
 def test_an_encoder_without_steps_is_not_tried_where_something_is_left():
     few = [each.name for each in JOINT_EFFECTS if each.name not in (*NOMINAL, "encoder_quantization")]
     kick = {"derivative_on_error": {"gain": 0.2, "time_constant": 0.012}}
@@ -153,6 +168,13 @@ def test_one_gain_is_named_rather_than_a_damping_and_a_limit_that_make_up_for_it
     report = diagnose(a_servo(50.0, {"derivative_gain": {"value": 0.215}}, nominal=nominal))
     assert [effect.name for effect in report.effects] == ["derivative_gain"] and report.verdict == "explained"
     assert report.effects[0].parameters["value"].value == pytest.approx(0.215, rel=0.01)
+
+
+def test_two_effects_are_named_rather_than_three_that_make_up_for_them():
+    truth = {"derivative_gain": {"value": 0.12}, "asymmetric_friction": {"coulomb": 0.03, "viscous": 0.02}}
+    nominal = {**NOMINAL, "derivative_gain": 0.23, "command_limit": 3.2}
+    report = diagnose(a_servo(50.0, truth, nominal=nominal))
+    assert {effect.name for effect in report.effects} == truth.keys() and report.verdict == "explained"
 
 
 def test_a_delay_of_a_thirtieth_of_a_sample_is_seen():
