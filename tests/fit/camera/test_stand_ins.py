@@ -209,6 +209,14 @@ def test_a_picture_that_is_sharper_asks_for_no_blur() -> None:
     assert gains["defocus_blur"] == 0 and case.screen(Hypothesis(), ["defocus_blur"]) == {"defocus_blur": 0}
 
 
+def test_an_effect_beside_something_unknown_is_as_large_as_it_is() -> None:
+    """It is fitted to what the unknown leaves, and the unknown to what it leaves."""
+    moved = Camera()(many(), CameraParameters.of({"motion_blur": {"length": 4.0, "angle": 30.0}}, MANY))
+    found = diagnose(seen(many(), 0.8 * moved + 0.2 * moved.roll((9, 5), (3, 2))), DiagnoseConfig()).to_dict()
+    assert [each["name"] for each in found["effects"]] == ["motion_blur"] and found["verdict"] == "partly_explained"
+    assert found["effects"][0]["parameters"]["length"]["value"] == pytest.approx(4.0, rel=0.05)
+
+
 def test_few_levels_are_no_noise() -> None:
     found = diagnose(seen(many(), (many() * 20).round() / 20, 0.0), DiagnoseConfig()).to_dict()
     assert not found["effects"] and found["verdict"] == "unexplained"

@@ -20,6 +20,7 @@ DISCREPANCIES: dict[str, str] = {
     "displacement": "a smooth displacement of the picture",
     "kernel": "a blur or sharpening of some other kernel",
     "ghost": "a second, shifted copy of the picture",
+    "glare": "light scattered far over the picture",
     "row_pattern": "rows and columns with offsets of their own",
     "fixed_pattern": "pixels with offsets of their own",
     "row_noise": "rows whose offsets differ from frame to frame",
@@ -27,10 +28,18 @@ DISCREPANCIES: dict[str, str] = {
     "levels": "fewer levels than the values have bits for",
     "outliers": "single pixels that are far off",
 }
+IMITATING = {  # unknowns that may do the work of effects of a stage
+    "warp": frozenset({"displacement"}),
+    "blur": frozenset({"kernel", "ghost", "glare"}),
+    "light": frozenset({"tone_curve", "gain_field", "added_light", "flicker"}),
+    "tone": frozenset({"tone_curve", "colour_mixing", "flicker"}),
+}
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
 _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
+_SCATTERED = (4, 10, 24)  # px, over which light is scattered
+_BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
 
 
@@ -90,12 +99,23 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
             for dx in range(-2, 3):
                 if (dx, dy) != (0, 0):
                     yield shifted(mean, dx, dy) - mean
+    elif name == "glare":
+        for reach in _SCATTERED:
+            yield _scattered(mean, reach) - mean
+            yield _scattered((mean - _BRIGHT).clamp(min=0), reach)
     elif name == "ghost":
         assert ghost is not None
         yield shifted(mean, ghost.dx, ghost.dy) - mean
         yield shifted(mean, ghost.dx, ghost.dy)
     else:
         raise ValueError(f"discrepancy '{name}' has no basis")
+
+
+def _scattered(light: Tensor, reach: int) -> Tensor:
+    """Blurred over about so many pixels: means of squares, and between their centres what lies between."""
+    height, width = light.shape[-2:]
+    coarse = F.interpolate(light, (max(height // reach, 1), max(width // reach, 1)), mode="area")
+    return F.interpolate(coarse, (height, width), mode="bilinear")
 
 
 def _carriers(name: str, mean: Tensor) -> list[Tensor]:
@@ -171,7 +191,8 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     if name == "row_noise":
         total = weight.expand_as(residual).sum((1, 3), keepdim=True)
         rows = (residual * weight).sum((1, 3), keepdim=True) / total.clamp(min=1e-12)
-        return rows * (total > 0)
+        common = (rows * total).sum(2, keepdim=True) / total.sum(2, keepdim=True).clamp(min=1e-12)  # a frame's light
+        return (rows - common) * (total > 0)
     if name == "flicker":
         power = (mean.square() * weight).sum((1, 2, 3), keepdim=True)
         return mean * (mean * residual * weight).sum((1, 2, 3), keepdim=True) / power.clamp(min=1e-12)

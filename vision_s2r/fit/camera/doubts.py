@@ -23,6 +23,7 @@ from vision_s2r.fit.camera.consistency import (
     disagreement,
 )
 from vision_s2r.fit.camera.coordinates import at_scale
+from vision_s2r.fit.camera.discrepancy import IMITATING
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
 from vision_s2r.fit.camera.grain import REMEMBERED, of_frame_before
@@ -140,7 +141,7 @@ class CameraDoubts:
         if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
             return bool(hypothesis.extra["levels"].coefficients.size)
         # What scales light scales the edges that a warp or a blur moves.
-        if self._stands_in(hypothesis.values, name, EVERY if stage in ("light", "tone") else GEOMETRIC):
+        if self._stands_in(hypothesis, name, EVERY if stage in ("light", "tone") else GEOMETRIC):
             return True
         if not charted([name]):
             return False
@@ -154,12 +155,12 @@ class CameraDoubts:
         stage = CAMERA_FITS[name].stage
         if stage in APART:
             return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
-        return self._stands_in(hypothesis.values, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
+        return self._stands_in(hypothesis, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
 
-    def _stands_in(self, values: Values, name: str, axes: Sequence[str]) -> bool:
+    def _stands_in(self, hypothesis: Hypothesis, name: str, axes: Sequence[str]) -> bool:
         """Whether pixels ask for another size of it along these axes, or channels do, or pictures are not blurred."""
-        found = self._disagreements(values, name)
-        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(values, name)
+        found = self._disagreements(hypothesis, name)
+        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis, name)
 
     @torch.inference_mode()
     def _mixed(self, values: Values) -> bool:
@@ -178,27 +179,30 @@ class CameraDoubts:
         return seen_behind(pictures.real, mean, self._study.yardstick.counted & inside)
 
     @torch.inference_mode()
-    def _disagreements(self, values: Values, name: str) -> dict[str, float]:
+    def _disagreements(self, hypothesis: Hypothesis, name: str) -> dict[str, float]:
         """By axis, how much more of the effect some pixels ask for than others; none of noise."""
+        values = hypothesis.values
         if CAMERA_FITS[name].stage not in ("warp", "blur", "light", "tone"):
             return {}
         asked = sorted(self._study.ranked[:_ASKED])
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
         other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
-        left = self._study.pictures.real[asked] - self._predictor.encoded(mean, values)
+        alike = IMITATING[CAMERA_FITS[name].stage]  # beside which nothing would be seen to differ
+        other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in alike}
+        left = self._predictor.residual(Hypothesis(values, other_kinds), asked, lit=True)[0]
         return disagreement(mean - other, left, weight, other)
 
     @torch.inference_mode()
-    def _is_sharp(self, values: Values, name: str) -> bool:
+    def _is_sharp(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the real pictures are about as sharp as without a blur."""
         if CAMERA_FITS[name].stage != "blur":
             return False
         asked = sorted(self._study.ranked[:_ASKED])
-        mean, noise, _ = self._predictor.frames(values, asked, lit=True)
-        other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
-        blurred, sharp = (self._predictor.encoded(each, values) for each in (mean, other))
+        real, noise = self._study.pictures.real[asked], self._predictor.frames(hypothesis.values, asked, lit=True)[1]
+        without = Hypothesis(_without(hypothesis.values, name), hypothesis.extra)
+        blurred, sharp = (real - self._predictor.residual(each, asked, lit=True)[0] for each in (hypothesis, without))
         counted = self._study.yardstick.counted[asked]
-        lacking = detail_lacking(self._study.pictures.real[asked], blurred, sharp, noise, counted)
+        lacking = detail_lacking(real, blurred, sharp, noise, counted)
         return lacking is not None and abs(lacking) < SHARP  # far less than none: something sharpens what was blurred
 
 

@@ -1,7 +1,7 @@
 """Fits of a camera's hypotheses: effects that move pictures, noise, grain and areas, then something unknown."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import torch
 from torch import Tensor
@@ -19,6 +19,7 @@ from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit
 from vision_s2r.fit.case import Hypothesis, Names, Segments, Values
 
+_TURNS = 2  # of effects and an unknown, each fitted to what the other leaves
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 
 
@@ -52,11 +53,27 @@ class CameraFitter:
         apart = at_stage(sorted(plain), *APART)
         plain -= frozenset(apart)
         unknown = sorted(names & self._discrepancies)
-        # An unknown is fitted to what the effects leave, which are the same whatever stands beside them.
         beside = unknown or apart
         values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
         values = dict(values) | self.fit_apart(values, apart, segments)
-        return Hypothesis(values, self._fit_discrepancies(values, unknown, list(segments)))
+        found = Hypothesis(values, self.fit_unknown(values, unknown, segments))
+        return self._in_turn(found, segments) if unknown and charted(plain) else found
+
+    def _in_turn(self, found: Hypothesis, segments: tuple[int, ...]) -> Hypothesis:
+        """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on."""
+        few, moving = self.few(segments), charted(found.values)
+        for _ in range(_TURNS):
+            without, left = (
+                self._predictor.residual(each, few, lit=True)[0] for each in (Hypothesis(found.values), found)
+            )
+            real = self.target.pictures.real.clone()
+            real[few] -= without - left  # what the unknown adds
+            target = replace(self.target, pictures=replace(self.target.pictures, real=real))
+            values = gauss_newton(target, found.values, moving, few, 2)[0]
+            if values == found.values:
+                break
+            found = Hypothesis(values, self.fit_unknown(values, sorted(found.extra), segments))
+        return found
 
     def _fit_effects(
         self, names: Names, segments: tuple[int, ...], start: Hypothesis | None
@@ -141,13 +158,14 @@ class CameraFitter:
             }
         return values
 
-    def _fit_discrepancies(
-        self, values: Values, names: list[str], segments: list[int]
+    def fit_unknown(
+        self, values: Values, names: Sequence[str], segments: Segments
     ) -> dict[str, discrepancy.FittedDiscrepancy]:
+        """Discrepancies fitted to what effects of these values leave."""
         fitted: dict[str, discrepancy.FittedDiscrepancy] = {}
         if not names:
             return fitted
-        segments = segments[: max(_DISCREPANCY_VALUES // self._study.pictures.sim[0].numel(), 2)]
+        segments = list(segments)[: max(_DISCREPANCY_VALUES // self._study.pictures.sim[0].numel(), 2)]
         mean, _, weight = self._predictor.frames(values, segments, lit=True)
         residual = self._study.pictures.real[segments] - self._predictor.encoded(mean, values)
         added = torch.zeros_like(mean)

@@ -74,8 +74,9 @@ class CameraScreen:
 
     def _unknown_gain(self, hypothesis: Hypothesis, name: str) -> float:
         """Of an unknown, which is fitted to all frames and asked of some."""
-        names = frozenset({*hypothesis.values, *hypothesis.extra, name})
-        fitted, some = self._fitter.fit(names, range(self._study.count), hypothesis), range(0, self._study.count, 4)
+        names, values = sorted({*hypothesis.extra, name}), hypothesis.values
+        fitted = Hypothesis(values, self._fitter.fit_unknown(values, names, range(self._study.count)))
+        some = range(0, self._study.count, 4)
         return (self._loglik(fitted, some) - self._loglik(hypothesis, some)) * self._study.count / len(some)
 
     def _gain_apart(self, hypothesis: Hypothesis, name: str, few: list[int]) -> float:
