@@ -117,3 +117,18 @@ def test_nulls_are_logged_at_1_khz_too_and_the_unknowns_are_those_of_their_split
     for split in UNKNOWN:
         answer = machine("unknown", 1, split).answer
         assert answer.unknown in UNKNOWN[split] and answer.severity > 3 and not answer.effects
+
+
+def test_an_unknown_effect_is_like_no_single_effect_of_the_vocabulary() -> None:
+    rng = np.random.default_rng(4)
+    setting = servo._setting(50, rng)
+    refitted = (*servo.BELIEVED, *servo.GAINS)
+
+    def imitated(drive: DriveModel, allowed: set[str]) -> bool:
+        rivals = servo._rivals(setting, drive, allowed, rng)
+        return not all(servo._distinct(setting, drive, setting.nominal, refitted, rival) for rival in rivals)
+
+    dead = setting.nominal._replace(deadband=0.004)
+    assert servo._distinct(setting, dead, setting.nominal, refitted) and imitated(dead, set())
+    drag = setting.nominal._replace(drag=8 * setting.scale.torque / setting.scale.speed**2)
+    assert not imitated(drag, set())

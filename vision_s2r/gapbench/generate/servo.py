@@ -6,7 +6,8 @@ run's position by 3 to 300 times the noise of the encoder, everything else equal
 noise remains when nominal values and gains are refitted to imitate it (to first order).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -190,9 +191,14 @@ def _unknown(setting: ServoSetting, index: int, split: str, rng: np.random.Gener
     name = list(kinds)[index % len(kinds)]
     family = kinds[name].draw(setting.nominal, setting.scale, rng)
     drive = _of_severity(setting, setting.nominal, family, rng, (1.5 * MILD, SEVERE))
-    if not _distinct(setting, drive, setting.nominal, (*BELIEVED, *GAINS)):
+    known = kinds[name].optional
+    refitted = (*BELIEVED, *GAINS)
+    if not _distinct(setting, drive, setting.nominal, refitted):
         raise Redraw
-    return drive, Answer("unknown", unknown=name, optional={known: {} for known in kinds[name].optional})
+    rivals = _rivals(setting, drive, known, rng)
+    if not all(_distinct(setting, drive, setting.nominal, refitted, rival) for rival in rivals):
+        raise Redraw
+    return drive, Answer("unknown", unknown=name, optional={each: {} for each in known})
 
 
 _DRAWN: dict[str, Callable[..., tuple[DriveModel, Answer]]] = {
@@ -254,8 +260,22 @@ def _noticeable(setting: ServoSetting, drive: DriveModel, effect: KnownEffect) -
     return not before or not 1 / NOTICEABLE < after / before < NOTICEABLE
 
 
-def _distinct(setting: ServoSetting, drive: DriveModel, without: DriveModel, refitted: Sequence[str]) -> bool:
-    """Whether no refit of these fields imitates what sets one drive apart from another."""
+def _rivals(
+    setting: ServoSetting, drive: DriveModel, allowed: Collection[str], rng: np.random.Generator
+) -> Iterator[DriveModel]:
+    """Servos with one effect of the drive that is not allowed to be named, as large as what sets this one apart."""
+    size = min(setting.severity(drive, setting.nominal), 30.0)
+    actuator = [name for name, effect in SERVO_LIBRARY.items() if effect.source == "actuator" and name not in allowed]
+    for name in actuator * 2:  # signs and the like are drawn twice
+        family = SERVO_LIBRARY[name].draw(setting.nominal, setting.scale, rng)
+        with suppress(Redraw):
+            yield _of_severity(setting, setting.nominal, family, rng, (size, size), LEAST.get(name, 0.0))
+
+
+def _distinct(
+    setting: ServoSetting, drive: DriveModel, without: DriveModel, refitted: Sequence[str], *rivals: DriveModel
+) -> bool:
+    """Whether no refit of these fields, nor as much of a rival as may be, imitates what sets two drives apart."""
     base = setting.positions(drive._replace(resolution=0.0))
     change = base - setting.positions(without._replace(resolution=0.0))
     columns = []
@@ -263,6 +283,7 @@ def _distinct(setting: ServoSetting, drive: DriveModel, without: DriveModel, ref
         value = getattr(without, field)
         step = 0.02 * abs(value) or 0.01 * setting.scale.torque * (0.01 if field == "derivative_gain" else 1.0)
         columns.append(setting.positions(without._replace(resolution=0.0, **{field: value + step})))
+    columns += [setting.positions(rival._replace(resolution=0.0)) for rival in rivals]
     others = np.stack(columns, axis=1) - (base - change)[:, None]
     return left_over(change, others) >= DISTINCT * setting.noise[0]
 
