@@ -125,8 +125,9 @@ def test_an_unknown_effect_is_like_no_single_effect_of_the_vocabulary() -> None:
     refitted = (*servo.BELIEVED, *servo.GAINS)
 
     def imitated(drive: DriveModel, allowed: set[str]) -> bool:
-        rivals = servo._rivals(setting, drive, allowed, rng)
-        return not all(servo._distinct(setting, drive, setting.nominal, refitted, rival) for rival in rivals)
+        return not servo._distinct(
+            setting, drive, setting.nominal, refitted, servo._rivals(setting, drive, allowed, rng)
+        )
 
     dead = setting.nominal._replace(deadband=0.004)
     assert servo._distinct(setting, dead, setting.nominal, refitted) and imitated(dead, set())

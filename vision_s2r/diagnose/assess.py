@@ -108,6 +108,12 @@ class Assessor:
             self._assessed[names] = result
         return [self._assessed[names] for names, _ in wanted]
 
+    def likeliest(self, wanted: Iterable[tuple[Names, Hypothesis]], count: int) -> list[Assessment]:
+        """So many of these sets with their scores: those that are likeliest in the fit."""
+        wanted = list(wanted)
+        fits = self.fit(wanted)
+        return self.assess(sorted(wanted, key=lambda each: -fits[each[0]])[:count])
+
     def rivals(self, wanted: Iterable[tuple[Names, Hypothesis]], found: Assessment) -> list[Assessment]:
         """Sets with their scores that may be as good as `found`: hopeless ones are not held out."""
         wanted = list(wanted)

@@ -27,10 +27,8 @@ def instead_of_a_guess(case: Case, assessor: Assessor, named: Assessment, candid
     guessed = named.names & case.guessed
     if not guessed or assessor.adequate(named):
         return named
-    wanted = swaps(case, named, guessed, candidates)
-    likely = assessor.fit(wanted)
-    best = sorted(wanted, key=lambda each: -likely[each[0]])[: assessor.cfg.contenders]
-    return max([named, *filter(assessor.adequate, assessor.assess(best))], key=lambda each: each.score)
+    tried = assessor.likeliest(swaps(case, named, guessed, candidates), assessor.cfg.contenders)
+    return max([named, *filter(assessor.adequate, tried)], key=lambda each: each.score)
 
 
 def fewer_names(case: Case, assessor: Assessor, final: Assessment, candidates: Collection[str]) -> Assessment | None:
@@ -52,7 +50,5 @@ def _with_one(case: Case, assessor: Assessor, found: Assessment, candidates: Col
     By the fits, not by the screen: a gain may be hidden by an optimum that is far from where it begins.
     """
     free = {*candidates, *case.refitted} - case.not_excited.keys() - found.names
-    fits = assessor.fit((found.names | {name}, found.hypothesis) for name in sorted(free))
-    likely = sorted(fits, key=lambda names: -fits[names])[:SINGLES]
-    tried = assessor.assess([(names, found.hypothesis) for names in likely])
+    tried = assessor.likeliest([(found.names | {name}, found.hypothesis) for name in sorted(free)], SINGLES)
     return max(tried, key=lambda each: each.score, default=found)

@@ -393,8 +393,10 @@ class Search:
 
     def _freed(self, found: Assessment) -> Assessment:
         """With an unknown beside effects that look like stand-ins, if they do not beside it and keep their worth."""
+        if not self._cfg.beside:
+            return found
         masks = {name for name in found.names & self._effects if self._case.suspicious(found.hypothesis, name)}
-        if not (masks and self._cfg.beside):
+        if not masks:
             return found
         more = self._beside(found)
         if more.rest > MUCH * found.rest or not self._assessor.better(more, found):

@@ -28,7 +28,7 @@ DISCREPANCIES: dict[str, str] = {
     "levels": "fewer levels than the values have bits for",
     "outliers": "single pixels that are far off",
 }
-IMITATING = {  # unknowns that may do the work of effects of a stage
+IMITATING = {  # unknowns that may do the work of effects of a stage, which are as large wherever one looks
     "warp": frozenset({"displacement"}),
     "blur": frozenset({"kernel", "ghost", "glare"}),
     "light": frozenset({"tone_curve", "gain_field", "added_light", "flicker"}),

@@ -181,14 +181,14 @@ class CameraDoubts:
     @torch.inference_mode()
     def _disagreements(self, hypothesis: Hypothesis, name: str) -> dict[str, float]:
         """By axis, how much more of the effect some pixels ask for than others; none of noise."""
-        values = hypothesis.values
-        if CAMERA_FITS[name].stage not in ("warp", "blur", "light", "tone"):
+        values, stage = hypothesis.values, CAMERA_FITS[name].stage
+        if stage not in IMITATING:
             return {}
         asked = sorted(self._study.ranked[:_ASKED])
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
         other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
-        alike = IMITATING[CAMERA_FITS[name].stage]  # beside which nothing would be seen to differ
-        other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in alike}
+        # Beside an unknown that may do its work nothing would be seen to differ.
+        other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in IMITATING[stage]}
         left = self._predictor.residual(Hypothesis(values, other_kinds), asked, lit=True)[0]
         return disagreement(mean - other, left, weight, other)
 
@@ -198,11 +198,11 @@ class CameraDoubts:
         if CAMERA_FITS[name].stage != "blur":
             return False
         asked = sorted(self._study.ranked[:_ASKED])
-        real, noise = self._study.pictures.real[asked], self._predictor.frames(hypothesis.values, asked, lit=True)[1]
+        real, counted = self._study.pictures.real[asked], self._study.yardstick.counted[asked]
         without = Hypothesis(_without(hypothesis.values, name), hypothesis.extra)
-        blurred, sharp = (real - self._predictor.residual(each, asked, lit=True)[0] for each in (hypothesis, without))
-        counted = self._study.yardstick.counted[asked]
-        lacking = detail_lacking(real, blurred, sharp, noise, counted)
+        left, noise, _ = self._predictor.residual(hypothesis, asked, lit=True)
+        sharp = real - self._predictor.residual(without, asked, lit=True)[0]
+        lacking = detail_lacking(real, real - left, sharp, noise, counted)
         return lacking is not None and abs(lacking) < SHARP  # far less than none: something sharpens what was blurred
 
 

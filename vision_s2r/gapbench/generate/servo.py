@@ -6,9 +6,10 @@ run's position by 3 to 300 times the noise of the encoder, everything else equal
 noise remains when nominal values and gains are refitted to imitate it (to first order).
 """
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -192,11 +193,7 @@ def _unknown(setting: ServoSetting, index: int, split: str, rng: np.random.Gener
     family = kinds[name].draw(setting.nominal, setting.scale, rng)
     drive = _of_severity(setting, setting.nominal, family, rng, (1.5 * MILD, SEVERE))
     known = kinds[name].optional
-    refitted = (*BELIEVED, *GAINS)
-    if not _distinct(setting, drive, setting.nominal, refitted):
-        raise Redraw
-    rivals = _rivals(setting, drive, known, rng)
-    if not all(_distinct(setting, drive, setting.nominal, refitted, rival) for rival in rivals):
+    if not _distinct(setting, drive, setting.nominal, (*BELIEVED, *GAINS), _rivals(setting, drive, known, rng)):
         raise Redraw
     return drive, Answer("unknown", unknown=name, optional={each: {} for each in known})
 
@@ -273,9 +270,16 @@ def _rivals(
 
 
 def _distinct(
-    setting: ServoSetting, drive: DriveModel, without: DriveModel, refitted: Sequence[str], *rivals: DriveModel
+    setting: ServoSetting,
+    drive: DriveModel,
+    without: DriveModel,
+    refitted: Sequence[str],
+    rivals: Iterable[DriveModel] = (),
 ) -> bool:
-    """Whether no refit of these fields, nor as much of a rival as may be, imitates what sets two drives apart."""
+    """Whether no refit of these fields, alone or beside as much of a rival as may be, imitates what sets two apart.
+
+    Rivals are asked for one at a time, until one does.
+    """
     base = setting.positions(drive._replace(resolution=0.0))
     change = base - setting.positions(without._replace(resolution=0.0))
     columns = []
@@ -283,9 +287,13 @@ def _distinct(
         value = getattr(without, field)
         step = 0.02 * abs(value) or 0.01 * setting.scale.torque * (0.01 if field == "derivative_gain" else 1.0)
         columns.append(setting.positions(without._replace(resolution=0.0, **{field: value + step})))
-    columns += [setting.positions(rival._replace(resolution=0.0)) for rival in rivals]
-    others = np.stack(columns, axis=1) - (base - change)[:, None]
-    return left_over(change, others) >= DISTINCT * setting.noise[0]
+    more = (setting.positions(rival._replace(resolution=0.0)) for rival in rivals)
+
+    def unlike(each: list[np.ndarray]) -> bool:
+        others = np.stack(each, axis=1) - (base - change)[:, None]
+        return left_over(change, others) >= DISTINCT * setting.noise[0]
+
+    return all(map(unlike, chain([columns], ([*columns, each] for each in more))))
 
 
 # The recording
