@@ -78,7 +78,7 @@ def test_what_extends_the_visual_pipeline_has_its_experiments():
     cfg = compose(CONFIGURATIONS["close_gap"], "close_gap", ["experiment=demo", "recording=DIR"])
     assert cfg.close_gap.withheld == 1 and cfg.name == "demo" and cfg.recording == "DIR"
     full = compose(CONFIGURATIONS["close_gap"], "close_gap")
-    assert full.close_gap == CONFIGURATIONS["close_gap"]().close_gap and full.translate.training.max_steps == 2310
+    assert full.close_gap == CONFIGURATIONS["close_gap"]().close_gap and full.translate.training.max_steps == 6200
 
 
 def test_the_table_of_the_help_is_up_to_date():
