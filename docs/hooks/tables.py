@@ -23,6 +23,8 @@ FILLED = re.compile(f"({ASKED.pattern}).*?(?=^<!-- end -->$)", re.MULTILINE | re
 TITLES = {
     "rcan": "RCAN",
     "rcan_student": "RCAN student",
+    "rcan_student_before": "the student before",
+    "rcan_student_mirrored": "RCAN student, two looks",
     "real": "real look, perfect camera",
 }
 
