@@ -339,10 +339,12 @@ def test_the_same_seed_gives_the_same_report() -> None:
     assert diagnosed(y) == diagnosed(y)
 
 
-@pytest.mark.parametrize(("reach", "named"), [(0.2, ["step"]), (0.6, [])])
-def test_an_effect_whose_size_may_be_nothing_beside_nominal_values_has_no_name(reach: float, named: list[str]) -> None:
-    report = diagnosed(recording(3, step=0.5), reach=reach)
-    assert [effect["name"] for effect in report["effects"]] == named
+@pytest.mark.parametrize("name", ["step", "offset"])
+@pytest.mark.parametrize(("reach", "named"), [(0.2, True), (0.6, False)])
+def test_what_may_be_as_the_simulator_had_it_has_no_name(name: str, reach: float, named: bool) -> None:
+    """An effect, or a nominal value."""
+    report = diagnosed(recording(3, **{name: 0.5}), reach=reach)
+    assert [effect["name"] for effect in report["effects"]] == [name] * named
 
 
 def test_a_cause_is_stated_beside_a_name_that_no_free_run_holds() -> None:

@@ -50,7 +50,7 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         open_ended = is_open(found) and not assessor.cfg.plain
         little = is_slight(share) and (firm or open_ended or not _needed(assessor, found, name))
         vague = is_open(found) and case.guessed and not is_known(case, found.final, name)
-        vain = bool(case.refitted) and name not in case.refitted and as_believed(case, found.final, name)
+        vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
         if little or vanishing:
             helps = open_ended and bool(case.refitted) and not (firm or vanishing)
