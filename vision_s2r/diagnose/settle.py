@@ -39,7 +39,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
 
 
 def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
-    """Names that close too little of the gap, are of noise, or of whose size nothing is known; and which may stay.
+    """Names that close too little of the gap, are of noise, may be as they were, or vague; and which may stay.
 
     Those stay in the simulator without being named: nominal parameters, and where something is left an effect that
     takes much of that away.
