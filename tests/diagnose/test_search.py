@@ -17,9 +17,11 @@ from vision_s2r.diagnose.simulator import simulator_at_end, simulator_of
 from vision_s2r.fit.case import Hypothesis, Names, Segments
 
 
-def diagnosed(y: np.ndarray, beside: bool = False, known: bool = False, **case: Any) -> dict[str, Any]:
+def diagnosed(
+    y: np.ndarray, beside: bool = False, known: bool = False, faint: float = 0.0, **case: Any
+) -> dict[str, Any]:
     it = Curves(y, **case)
-    assessor = Assessor(it, SearchConfig(beside=beside, known=known), jobs=2, seed=0)
+    assessor = Assessor(it, SearchConfig(beside=beside, known=known, faint=faint), jobs=2, seed=0)
     return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
 
 
@@ -106,6 +108,8 @@ def test_where_the_gap_is_noise_an_effect_that_few_episodes_show_plainly_has_its
     few = recording(1) + shown[:, None] * recording(0, noise=0.0, wave=0.077)
     found = diagnosed(few, shown=shown, reach=0.02)
     assert names(found) == {"wave"} and found["effects"][0]["ci"][0] < 0.01
+    arm = diagnosed(few, faint=0.1, shown=shown, reach=0.02)  # whose load is another engine's
+    assert not arm["effects"] and arm["verdict"] == "no_gap"
 
 
 def test_an_effect_that_predictions_are_sure_of_keeps_its_name_where_the_gap_itself_is_as_loud_as_the_noise() -> None:

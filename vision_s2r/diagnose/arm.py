@@ -202,9 +202,13 @@ def _pulled(joint: JointRecording, found: Diagnosis, cfg: DiagnoseConfig, jobs: 
 
 
 def _of_joints(cfg: DiagnoseConfig, *names: str) -> DiagnoseConfig:
-    """The configuration of a joint's own diagnosis, without these effects."""
+    """The configuration of a joint's own diagnosis, without these effects.
+
+    Its load is another engine's, and in part measured: what is sure, but faint beside the noise, may be of that.
+    """
     withheld = {*NOT_OF_ARMS, *names, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
-    return replace(cfg, withhold=sorted(withheld))
+    search = replace(cfg.joint, faint=max(cfg.joint.faint, cfg.joint.relief))
+    return replace(cfg, joint=search, withhold=sorted(withheld))
 
 
 def _likely(

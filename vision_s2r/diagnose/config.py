@@ -33,6 +33,12 @@ class SearchConfig:
         low=0,
     )
     share: float = option(0.03, "… and by which share of what there is over the floor.", low=0)
+    faint: float = option(
+        0.0,
+        "An effect that, added last, lowers that residual by no more than this has no name, be it sure; of a joint of "
+        "an arm, whose load is another engine's and in part measured, no more than `relief`.",
+        low=0,
+    )
     promising: float = option(
         20.0,
         "Nats that one more effect, or something unknown, must seem to gain, to be tried where the floor is reached "

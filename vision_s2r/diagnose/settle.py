@@ -2,6 +2,8 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.guesses import as_believed, finished, is_known, without_vague
 from vision_s2r.diagnose.search import COINCIDENCE, Found
@@ -18,6 +20,9 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     slight: Names = frozenset()
     whole: Simulator | None = None  # with all the names that do no harm
     while True:
+        if faint := _faint(assessor, found):
+            found = _without(assessor, found, faint)
+            continue
         firm = _firm(assessor, found)
         simulator = simulator_at_end(case, assessor, found, firm)
         harmful = found.effects - simulator.names - firm - apart_from(case, simulator, firm)
@@ -36,6 +41,18 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         least = min(weak, key=lambda name: float(settled.parts[name].sum()))
         slight |= {least} - case.refitted
         found = replace(found, effects=found.effects - {least}) if weak[least] else _without(assessor, found, least)
+
+
+def _faint(assessor: Assessor, found: Found) -> str | None:
+    """The name that does least, where that is lost in the noise, and without it no more than noise is left."""
+    if not assessor.cfg.faint:
+        return None
+    reliefs = {}
+    for name in found.effects - frozenset(assessor.case.certain):
+        without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+        reliefs[name] = assessor.gain(found.final, without).relief if assessor.adequate(without) else np.inf
+    least = min(reliefs, key=lambda name: (reliefs[name], name), default=None)
+    return least if least and reliefs[least] <= assessor.cfg.faint else None
 
 
 def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
