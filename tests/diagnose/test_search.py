@@ -198,6 +198,16 @@ def test_beside_guesses_and_something_unknown_a_name_closes_half_of_what_is_left
         assert names(found) == expected and found["gap"]["after"] <= found["gap"]["refitted"]
 
 
+def test_beside_guesses_and_something_unknown_a_large_share_that_may_be_nothing_is_undecided() -> None:
+    """It stays in a servo's simulator; a known drive's effect that few stretches show has its name."""
+    shown = np.array([1.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+    y = recording(4, other=np.sin(40 * np.pi * T)) + shown[:, None] * recording(0, noise=0.0, wave=4.0)
+    known, servo = (diagnosed(y, guessed=frozenset(guessed), shown=shown) for guessed in ((), ("slope",)))
+    assert names(known) == {"wave"} and known["effects"][0]["ci"][0] < 0.01
+    assert not names(servo) and servo["gap"]["after"] == known["gap"]["after"]
+    assert next(each["status"] for each in servo["candidates"] if each["name"] == "wave") == "undecided"
+
+
 def test_what_free_runs_of_several_motions_are_better_with_stays_in_the_simulator_unnamed() -> None:
     """Of one motion, stretches would take what is wrong on another."""
     y = recording(6, wave=0.6, other=np.sin(40 * np.pi * T))

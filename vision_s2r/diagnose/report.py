@@ -16,7 +16,8 @@ ALTERNATIVES = 3
 OPEN = ("partly_explained", "unexplained")  # verdicts that leave a part of the gap
 OF_EFFECT = 2  # places of each named effect
 SLIGHT = (
-    f"it closes less than {LEAST_SHARE:.0%} of the gap, or of one that is noise, or others do about as well without it"
+    f"it closes less than {LEAST_SHARE:.0%} of the gap, or may do so, or of one that is noise, or others do about as "
+    "well without it"
 )
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is neither explained nor none, be it of rare instants
 MORE = "Record more of it, under conditions that differ more from each other than these."

@@ -65,7 +65,9 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
     for name in sorted(found.effects - frozenset(case.certain)):
         share, firm = settled.share(name), name in settled.firm
         open_ended = is_open(found) and not assessor.cfg.plain
-        little = is_slight(share) and (firm or open_ended or not _needed(assessor, found, name))
+        # Of a servo's gap, which shows in few stretches, a large share that may be nothing as soon is a stand-in's.
+        doubtful = bool(case.guessed) and open_ended and share.ci[0] < LEAST_SHARE
+        little = doubtful or (is_slight(share) and (firm or open_ended or not _needed(assessor, found, name)))
         vague = is_open(found) and case.guessed and not is_known(case, found.final, name)
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
