@@ -2,8 +2,6 @@
 
 from dataclasses import replace
 
-import numpy as np
-
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.guesses import as_believed, finished, is_known, without_vague
 from vision_s2r.diagnose.search import COINCIDENCE, Found
@@ -47,10 +45,10 @@ def _faint(assessor: Assessor, found: Found) -> str | None:
     """The name that does least, where that is lost in the noise, and without it no more than noise is left."""
     if not assessor.cfg.faint:
         return None
-    reliefs = {}
-    for name in found.effects - frozenset(assessor.case.certain):
-        without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-        reliefs[name] = assessor.gain(found.final, without).relief if assessor.adequate(without) else np.inf
+    less = {name: _less(assessor, found, name) for name in found.effects - frozenset(assessor.case.certain)}
+    reliefs = {
+        name: assessor.gain(found.final, without).relief for name, without in less.items() if assessor.adequate(without)
+    }
     least = min(reliefs, key=lambda name: (reliefs[name], name), default=None)
     return least if least and reliefs[least] <= assessor.cfg.faint else None
 
@@ -125,7 +123,7 @@ def _needed(assessor: Assessor, found: Found, name: str) -> bool:
     Beside play, or in a free run that drifts, an effect may be small in the gap and still be the rest of it; a support
     that is hardly tilted is, beside a wrong friction, and shows in long slides.
     """
-    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    without = _less(assessor, found, name)
     if found.final.evidence is not None:
         return assessor.gain(found.final, without).nats > assessor.cfg.evidence
     if assessor.cfg.plain and assessor.plain(found.final, without):
@@ -140,11 +138,15 @@ def _of_noise(assessor: Assessor, found: Found, name: str, share: Share) -> bool
     """
     if share.ci[0] >= LEAST_SHARE or not assessor.adequate(found.nominal):
         return False
-    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+    without = _less(assessor, found, name)
     return bool((without.excess - found.final.excess).max() <= assessor.cfg.adequate)
 
 
 def _without(assessor: Assessor, found: Found, name: str) -> Found:
     """A search's end without an effect."""
-    final = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    return replace(found, effects=found.effects - {name}, final=final)
+    return replace(found, effects=found.effects - {name}, final=_less(assessor, found, name))
+
+
+def _less(assessor: Assessor, found: Found, name: str) -> Assessment:
+    """What a search ends with, fitted without a name."""
+    return assessor.one(found.final.names - {name}, found.final.hypothesis)
