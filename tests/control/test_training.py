@@ -64,13 +64,13 @@ def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
 @pytest.mark.slow
 def test_a_teacher_that_knows_the_machine_teaches_to_bear_a_latency_in_seconds(tmp_path):
     task, late = ControlTaskConfig(), {"latency": {"delay": [0.0, 0.02]}}
-    little = ImitationTrainingConfig(envs=16, steps=160_000, window=25, learning_rate=4e-3, hidden=[32, 32])
+    little = ImitationTrainingConfig(envs=16, steps=320_000, window=25, learning_rate=4e-3, hidden=[32, 32])
     machines = DrawnMachines(Box.of({**FRICTION, **late}, CONTROL_EFFECTS))
     policy = Policy.load(train(task, NOMINAL, machines, 8, little, tmp_path, 0, recurrent=True), task)
     truth = {"viscous_damping": {"value": np.array([0.15, 0.08, 0.2])}, "latency": {"delay": 0.015}}
     errors = track(policy, task, NOMINAL, Given(truth), np.tile([[5.0, -3.0, 8.0, -6.0]], (3, 1)))
     assert abs(errors).mean() < 0.05  # of the proportional controller that it begins with, four times that
-    assert (tmp_path / "progress.csv").read_text().startswith("step,reached,median_error\n16000,")
+    assert (tmp_path / "progress.csv").read_text().startswith("step,reached,median_error\n32000,")
 
 
 def test_a_policy_remembers_in_numpy_what_it_was_trained_to_in_torch():
