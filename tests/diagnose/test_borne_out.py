@@ -1,7 +1,10 @@
 """Names of an arm's joints, held against the free run of the whole arm."""
 
+import numpy as np
+import pytest
 from recordings import an_arm
 
+from vision_s2r.diagnose import borne_out
 from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.fit.arm.free_run import FreeRuns
 
@@ -17,3 +20,16 @@ def test_a_name_that_the_whole_arm_runs_as_well_without_is_no_name():
     least = dict.fromkeys(("shoulder", "elbow"), 0.03 * 2e-4**2)
     gone = idle(FreeRuns(recording), held_out, list(found), least, seed=0)
     assert gone == {"elbow.viscous_damping", "shoulder.inertia"}
+
+
+@pytest.mark.parametrize(("worse", "goes"), [(1e-4, False), (0.1, True)])
+def test_a_tip_that_is_a_hair_further_off_costs_no_joint_its_name(worse, goes, monkeypatch):
+    alike = np.random.default_rng(0).uniform(0.9, 1.1, 20)  # stretches
+
+    def errors(runs, held_out, gone):
+        joint, tip = (3e-5, 4e-8) if gone else (4e-8, 4e-8 * (1 + worse))  # rad² and m²
+        return borne_out._StretchErrors({"wrist": joint * alike}, tip * alike)
+
+    monkeypatch.setattr(borne_out, "_errors", errors)
+    gone = idle(None, {}, ["wrist.viscous_damping"], {"wrist": 1e-9}, seed=0)
+    assert bool(gone) == goes

@@ -13,6 +13,8 @@ import numpy as np
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, gap_errors, tip_errors
 from vision_s2r.statistics import interval
 
+HARM = 0.01  # of the tip's mean squared error: a tip that a joint hardly moves is surely further off by nanometres
+
 
 @dataclass(frozen=True)
 class _StretchErrors:
@@ -28,7 +30,8 @@ def idle(
     """Of `names` (JOINT.EFFECT), those without which the arm runs as well.
 
     Such a name does not lower its joint's held-out mean squared error by `least` (rad² or m², by joint), its interval
-    above zero; or it makes that of the tip larger, by more than its interval. The one that brings least goes first.
+    above zero; or it makes that of the tip larger, by more than its interval and a hundredth. The one that brings least
+    goes first.
     """
     gone: frozenset[str] = frozenset()
     while True:
@@ -37,7 +40,7 @@ def idle(
         for name in set(names) - gone:
             joint, without = name.rpartition(".")[0], _errors(runs, held_out, gone | {name})
             relief = without.joints[joint] - now.joints[joint]
-            harm = None if now.tip is None or without.tip is None else now.tip - without.tip
+            harm = None if now.tip is None or without.tip is None else now.tip - (1 + HARM) * without.tip
             if relief.mean() <= least[joint] or _low(relief, seed) <= 0 or (harm is not None and _low(harm, seed) > 0):
                 gains[name] = float(relief.mean() / least[joint])
         if not gains:
