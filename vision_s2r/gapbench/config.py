@@ -26,6 +26,7 @@ COUNTS = {
     "left_out": 17,
     "unpaired": 10,
     "confusable": 0,
+    "sensor": 10,
 }
 
 

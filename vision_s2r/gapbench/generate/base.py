@@ -35,6 +35,7 @@ CASES = (
     "left_out",  # one effect of the library, which the diagnosis is told to forget
     "unpaired",  # cameras: two sets of pictures without matching scenes, one effect
     "confusable",  # one effect that its recording hardly shows, or that another imitates there; another recording tells
+    "sensor",  # cameras: flat fields of a sensor that is not ideal; shot noise, and read noise where it shows
 )
 
 Effects = dict[str, dict[str, float]]  # effect -> parameter -> value, as a report names them

@@ -16,11 +16,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import yaml
 
-from vision_s2r.gapbench.generate import camera_scenes
+from vision_s2r.gapbench.generate import camera_scenes, camera_sensor
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine, Redraw, drawn
 from vision_s2r.gapbench.generate.camera_effects import (
     EFFECTS,
@@ -32,17 +31,20 @@ from vision_s2r.gapbench.generate.camera_effects import (
     binned,
     compress,
     expose,
-    jpeg_bytes,
     optics,
     photograph,
     quantize,
     to_linear,
+    write_picture,
 )
 from vision_s2r.gapbench.generate.camera_looks import LOOKS
 from vision_s2r.gapbench.generate.camera_strength import FAMILIES, IN_STEPS, OF_COLOUR
 from vision_s2r.gapbench.generate.camera_unknown import UNKNOWN, Kind
 
-CASES = ("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "unpaired", "confusable")
+CASES = (
+    *("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "unpaired", "confusable"),
+    "sensor",
+)
 PAIRS, UNPAIRED_PICTURES = 16, 24
 SIZE, MARGIN, FINE = 128, 28, 2
 MILD, SEVERE, SEVERE_NOISE = 1.5, 20.0, 12.0  # grey levels of 255
@@ -104,6 +106,8 @@ class CameraTruth:
 
 def machine(case: str, index: int, split: str, rng: np.random.Generator) -> GeneratedMachine:
     """Draw one camera of a case; see `generate.base`."""
+    if case == "sensor":
+        return camera_sensor.machine(rng)
     return drawn(
         lambda: _recorded(*_DRAWN[case](index, split, rng), rng), f"camera of case '{case}' number {index}", 100
     )
@@ -511,15 +515,6 @@ class _Files:
             (folder / "labels").mkdir()
             for k, picture in enumerate(labels):
                 write_picture(folder / "labels" / f"{k:04d}", picture[..., None], None)
-
-
-def write_picture(path: Path, picture: Array, quality: float | None) -> None:
-    """Write a picture [H, W, C] as PNG, or as JPEG of a quality; `path` has no suffix yet."""
-    if quality is not None:
-        path.with_suffix(".jpg").write_bytes(jpeg_bytes(picture, round(quality)))
-        return
-    coded = cv2.imencode(".png", picture[..., ::-1] if picture.shape[-1] == 3 else picture)[1]
-    path.with_suffix(".png").write_bytes(coded.tobytes())
 
 
 # Axes of a report's "where", one of which should lead, for one effect alone; those without have no place of their own

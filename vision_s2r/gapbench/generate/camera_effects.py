@@ -8,6 +8,7 @@ import io
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import cv2
 import numpy as np
@@ -391,3 +392,12 @@ def compress(pictures: Array, values: Values, sensor: Sensor) -> Array:
     if v := values.get("jpeg_compression"):
         return _through_jpeg(pictures, round(v["quality"]))
     return pictures
+
+
+def write_picture(path: Path, picture: Array, quality: float | None) -> None:
+    """Write a picture [H, W, C] as PNG, or as JPEG of a quality; `path` has no suffix yet."""
+    if quality is not None:
+        path.with_suffix(".jpg").write_bytes(jpeg_bytes(picture, round(quality)))
+        return
+    coded = cv2.imencode(".png", picture[..., ::-1] if picture.shape[-1] == 3 else picture)[1]
+    path.with_suffix(".png").write_bytes(coded.tobytes())

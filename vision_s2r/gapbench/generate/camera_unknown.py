@@ -38,9 +38,11 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         processing.denoising,
         processing.auto_exposure,
         processing.local_tone_mapping,
+        sensor.fixed_pattern_noise,
     ),
     "reporting": (
-        sensor.fixed_pattern_noise,
+        optics.tilted_sensor,
+        optics.axial_colour,
         sensor.dead_pixels,
         optics.veiling_glare,
         optics.rolling_shutter_skew,

@@ -164,6 +164,31 @@ def field_curvature(strength: float, rng: Rng) -> tuple[str, Stage]:
     return "optics", step
 
 
+def tilted_sensor(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Sharp along a line off the centre, ever less so to either side: the sensor is not parallel to the focal plane."""
+    angle, offset, sigma = rng.uniform(0, 360), rng.uniform(0.3, 0.8), 6 * strength
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        away = np.abs(geometry.along(angle) / (geometry.width / 2) - offset) / (1 + offset)
+        share = np.clip(away, 0, 1)[..., None]
+        return canvas * (1 - share) + share * blurred(canvas, sigma * geometry.scale)
+
+    return "optics", step
+
+
+def axial_colour(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Red and blue are in focus at other distances than green: each has a soft rim of its own around what is bright."""
+    red, blue = 3 * strength * rng.uniform(0.3, 1.0), 3 * strength
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        seen = canvas.copy()
+        for channel, sigma in ((0, red), (2, blue)):
+            seen[..., channel] = blurred(canvas[..., channel], sigma * geometry.scale)
+        return seen
+
+    return "optics", step
+
+
 def mechanical_vignetting(strength: float, rng: Rng) -> tuple[str, Stage]:
     """A hood or barrel a little off the axis cuts the corners off, with a soft rim."""
     centre, reach = rng.uniform(-0.15, 0.15, 2), 1.45 - 0.75 * strength

@@ -131,6 +131,8 @@ def _verdict_right(case: str, verdict: str, named: set[str]) -> bool:
         return verdict == "no_gap" or (case == "weak" and bool(named) and verdict == "explained")
     if case == "known_unknown":
         return verdict == "partly_explained"
+    if case == "sensor":  # how uneven its pixels are, and whether that shows, is drawn
+        return verdict in ("explained", "partly_explained")
     return verdict in UNKNOWN_VERDICTS if case in ("unknown", "left_out") else verdict == "explained"
 
 

@@ -11,6 +11,7 @@ from statsmodels.stats.proportion import proportion_confint
 
 from vision_s2r.gapbench.score.score import Score
 
+NEAR = 0.03  # relative error of a sensor's noise, at most
 MASS = 0.05  # relative error of a payload's mass, at most
 
 
@@ -49,6 +50,7 @@ def totals(kind: str, scores: Sequence[Score]) -> list[Total]:
         share_of("shrink at least 0.95 of the true effect's own", (ratio >= 0.95 for ratio in every)),
         share_of("false alarm, null and wrong parameters", (s.false_alarm for s in scores), (0, 0.01)),
         *_unknowns(kind, scores),
+        *_of_sensors(scores),
         *_of_groups(scores),
         median_of("seconds a recording", (s.seconds for s in scores), (0, 60 if kind == "arm" else 10), percent=False),
         median_of(
@@ -76,6 +78,7 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
         "dynamics": "wrong parameters only: exact set",
         "all_nominal": "all parameters 5–25 % off and one effect: exact",
         "known_unknown": "a known and an unknown effect: known one exact",
+        "sensor": "a sensor's flat fields: exact",
     }
     rows: list[Total | None] = []
     for case, title in titles.items():
@@ -90,6 +93,15 @@ def _exact(kind: str, scores: Sequence[Score]) -> list[Total | None]:
         if case == "all_nominal":
             rows.append(share_of(f"{title}, effects of the drive alone", (s.drive for s in of_case)))
     return rows
+
+
+def _of_sensors(scores: Sequence[Score]) -> list[Total | None]:
+    """How near to the truth the noise of flat fields is."""
+    found = [each for score in scores if score.case == "sensor" for each in score.parameters]
+    return [
+        share_of(f"a sensor's {name}: within 3 %", (each.error <= NEAR for each in found if each.parameter == key))
+        for name, key in (("full well", "full_well"), ("read noise", "sigma"))
+    ]
 
 
 def _of_groups(scores: Sequence[Score]) -> list[Total | None]:
