@@ -46,6 +46,7 @@ class Curves:
     allowance: float = 0.0
     rough: Names = frozenset()
     guessed: Names = frozenset()
+    measured: Mapping[str, float] = field(default_factory=dict)
     motions: int = 1
     kind, metric, unit, described = "joint", "position_rmse", "m", "the curve"
     refitted: Names = frozenset({"offset", "slope"})

@@ -237,7 +237,8 @@ def _likeliest(case: Case, assessor: Assessor, found: Found) -> list[Hypothesis]
 def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
     """Nats that a named effect brings beside the others, or by its own signature."""
     without = assessor.one(found.final.names - {name}, found.final.hypothesis)
-    return max(assessor.gain(found.final, without).nats, case.certain.get(name, 0.0))
+    signature = {**case.certain, **case.measured}
+    return max(assessor.gain(found.final, without).nats, signature.get(name, 0.0))
 
 
 def _places(case: Case, assessor: Assessor, settled: Settled) -> list[dict[str, Any]]:

@@ -38,7 +38,7 @@ class Search:
         self._case, self._assessor, self._cfg = case, assessor, assessor.cfg
         self._integrating = case if isinstance(case, BesideUnknown) else None
         self._certain = frozenset(case.certain)
-        self._base = case.refitted | self._certain
+        self._base = case.refitted | self._certain | frozenset(case.measured)
         self._effects = frozenset(case.library) - self._base
         self._discrepancies = frozenset(case.discrepancies)
         self._candidates = [name for name in case.library if name not in self._base and name not in case.not_excited]

@@ -71,7 +71,7 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
         if little or vanishing:
             helps = open_ended and bool(case.refitted) and not (firm or vanishing)
-            weak[name] = name in case.refitted or helps
+            weak[name] = name in case.refitted or name in case.measured or helps
     return weak
 
 

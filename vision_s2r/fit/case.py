@@ -79,6 +79,7 @@ class Case(Protocol):
     allowance: float  # share of the noise that segments are measured by, that is for effects unlike their definitions
     rough: Names  # effects whose form is only roughly the same on any two machines: how hard a contact is
     guessed: Names  # nominal parameters that nobody measured, and that are causes even beside something unknown
+    measured: Mapping[str, float]  # effects, with evidence in nats, that show apart from everything that is predicted
     motions: int  # episodes, where stretches of one are alike and another may be another motion
     replaced: Mapping[str, float]  # by effect, the nominal value that its `value` takes the place of
     sharp: bool  # whether the likelihood takes residuals for noise of known size, however large they are

@@ -72,6 +72,25 @@ def test_what_pixels_have_in_all_frames_is_no_noise() -> None:
     assert found["shot_noise"]["full_well"] == pytest.approx(15_000, rel=0.04)
 
 
+def test_a_sensor_of_uneven_pixels_in_unsteady_light_has_its_full_well_and_read_noise() -> None:
+    recording, _ = flats(12_000.0, 0.0009, 16, True, 0.01, darkest=0.005)
+    rng = np.random.default_rng(5)
+    unsteady = recording.real * rng.normal(1, 0.003, (FRAMES, 1, 1, 1)) + 0.001
+    report = diagnose(replace(recording, real=unsteady.astype(np.float32)))
+    found = {effect.name: effect for effect in report.effects}
+    assert report.verdict == "partly_explained"
+    assert found.keys() == {"read_noise", "shot_noise"}
+    assert found["shot_noise"].parameters["full_well"].value == pytest.approx(12_000, rel=0.03)
+    assert found["read_noise"].parameters["sigma"].value == pytest.approx(0.0009, rel=0.15)  # one dark frame tells it
+
+
+def test_rows_of_a_frame_are_no_read_noise() -> None:
+    recording, _ = flats(12_000.0, 0.0, 16, True, 0.0)
+    assert opened(recording).measured.keys() == {"shot_noise"}
+    rows = np.random.default_rng(6).normal(0, 0.002, (FRAMES, SIZE, 1, 1)).astype(np.float32)
+    assert not opened(replace(recording, real=recording.real + rows)).measured
+
+
 def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
     case = opened(flats(2_000.0, 0.00545, 8, False, 0.0, darkest=0.0)[0])
     assert not case.unsteady

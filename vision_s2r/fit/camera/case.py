@@ -61,6 +61,7 @@ class CameraCase:
         self.discrepancies = discrepancy.available(recording.grey)
         self.study = study
         self.certain: Mapping[str, float] = {"jpeg_compression": self.study.jpeg[1]} if self.study.jpeg else {}
+        self.measured: Mapping[str, float] = self.study.photon_transfer
         self.unsteady = "" if self.study.pictures.light == STEADY else UNSTEADY
         self.not_excited: Mapping[str, str] = self.study.not_excited
         self.allowance = self.study.yardstick.allowance

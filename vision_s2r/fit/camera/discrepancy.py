@@ -22,7 +22,7 @@ DISCREPANCIES: dict[str, str] = {
     "ghost": "a second, shifted copy of the picture",
     "glare": "light scattered far over the picture",
     "row_pattern": "rows and columns with offsets of their own",
-    "fixed_pattern": "pixels with offsets of their own",
+    "fixed_pattern": "pixels with offsets and gains of their own",
     "row_noise": "rows whose offsets differ from frame to frame",
     "flicker": "a brightness that differs from frame to frame",
     "levels": "fewer levels than the values have bits for",
@@ -39,6 +39,8 @@ _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _SCATTERED = (4, 10, 24)  # px, over which light is scattered
+_AROUND = 15  # px, whose mean is the light's and not the pixel's own
+_RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset from a gain
 _BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
 
@@ -150,7 +152,10 @@ def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
 
 @dataclass(frozen=True)
 class FittedDiscrepancy:
-    """A discrepancy's coefficients, or the picture [C, H, W] that it adds, or its share of outliers."""
+    """A discrepancy's coefficients, or the picture [C, H, W] that it adds, or its share of outliers.
+
+    Of a fixed pattern the offsets and gains [2, C, H, W].
+    """
 
     coefficients: np.ndarray
     ghost: Ghost | None = None
@@ -164,9 +169,7 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
     if name == "row_pattern":
         return FittedDiscrepancy(_rows_and_columns(residual, weight).numpy())
     if name == "fixed_pattern":
-        total = weight.expand_as(residual).sum(0)
-        typical = total[total > 0].mean() / len(residual) if (total > 0).any() else 1.0
-        return FittedDiscrepancy(((residual * weight).sum(0) / (total + typical)).numpy())
+        return FittedDiscrepancy(_offsets_and_gains(residual, mean, weight).numpy())
     if name == "outliers":
         distance = residual.square() * weight
         share = float((distance > 16).float().mean())
@@ -181,8 +184,11 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
 
 def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
     """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
-    if name in ("row_pattern", "fixed_pattern"):
+    if name == "row_pattern":
         return torch.from_numpy(fitted.coefficients).expand_as(mean)
+    if name == "fixed_pattern":
+        offset, gain = torch.from_numpy(fitted.coefficients)
+        return offset + gain * mean
     if name == "outliers" or (name == "levels" and not fitted.coefficients.size):
         return torch.zeros_like(mean)
     if name == "levels":
@@ -232,6 +238,37 @@ def _levels(values: Tensor) -> np.ndarray:
     if len(used) < 2 or int(used[-1] - used[0]) < _SPREAD or len(used) > _USED * int(used[-1] - used[0] + 1):
         return np.empty(0)
     return (used.double() / (_CODES - 1)).numpy()
+
+
+def _offsets_and_gains(residual: Tensor, mean: Tensor, weight: Weights) -> Tensor:
+    """An offset and a gain of each pixel [2, C, H, W], the same in every frame, apart from what neighbours share.
+
+    Least squares, shrunk as pixels' own offsets and gains are found to spread (Efron and Morris 1973).
+    """
+    weight = weight.expand_as(residual)
+    design = torch.stack([torch.ones_like(mean), mean])  # [2, B, C, H, W]
+    matrix = torch.einsum("ibchw,jbchw,bchw->chwij", design, design, weight)
+    vector = torch.einsum("ibchw,bchw,bchw->chwi", design, residual, weight)
+    seen = weight.sum(0) > 0
+    if not seen.any():
+        return torch.zeros_like(design[:, 0])
+    covariance = torch.linalg.inv(matrix + _RIDGE * matrix[seen].mean(0).diagonal().diag())
+    found = _own((covariance @ vector[..., None])[..., 0])
+    left = residual - (design * found.movedim(-1, 0)[:, None]).sum(0)
+    free = max(len(residual) - 2, 1) / len(residual)
+    covariance *= (left.square() * weight)[:, seen].mean() / free  # weights may not be those of the noise
+    spread = (found[..., :, None] * found[..., None, :] - covariance)[seen].mean(0)
+    size, axes = torch.linalg.eigh(spread)
+    spread = axes @ size.clamp(min=0).diag() @ axes.T
+    shrunk = spread @ torch.linalg.solve(spread + covariance, found[..., None])
+    return shrunk[..., 0].movedim(-1, 0)
+
+
+def _own(values: Tensor) -> Tensor:
+    """What pixels have [C, H, W, K] beside their surroundings."""
+    pictures = values.movedim(-1, 0)
+    padded = F.pad(pictures, (_AROUND // 2,) * 4, mode="replicate")
+    return (pictures - F.avg_pool2d(padded, _AROUND, 1)).movedim(0, -1)
 
 
 def _rows_and_columns(residual: Tensor, weight: Weights) -> Tensor:

@@ -16,7 +16,7 @@ from vision_s2r.fit.case import Values
 # What coded values are: as the recording says, or a plain power where a maker's curve is nearer to that than to sRGB's.
 Curve = Literal["srgb", "linear", "power"]
 POWER, DARKEST = 2.2, 1e-4
-_LEVELS = 129  # of the light, equally spaced in coded values
+_LEVELS = 129  # of the light, equally spaced in coded values, or in the roots of linear ones
 _DRAWS = torch.from_numpy(ndtri((np.arange(61) + 0.5) / 61)).float()
 _DRAWS /= _DRAWS.std(correction=0)
 
@@ -34,6 +34,7 @@ class Tail:
     gains: tuple[float, ...]  # a channel
     gamma: float
     curve: Curve
+    black: float = 0.0  # of full scale, that a converter adds under all light
 
     @classmethod
     def of(cls, values: Values, curve: Curve, channels: int) -> "Tail":
@@ -55,14 +56,14 @@ class Tail:
 
     def mean(self, coded: Tensor) -> Tensor:
         """Of the values [B, C, H, W] that coded light of this shape gives."""
-        return _interpolated(self.table()[0], coded) if self.noisy else self.process(coded)
+        return _interpolated(self.table()[0], coded, self.curve) if self.noisy else self.process(coded)
 
     def variance(self, coded: Tensor) -> Tensor | None:
         """Of the same values; None where there is no noise."""
-        return _interpolated(self.table()[1], coded) if self.noisy else None
+        return _interpolated(self.table()[1], coded, self.curve) if self.noisy else None
 
     def table(self) -> tuple[Tensor, Tensor]:
-        """Mean and variance [C, levels] of the values at equally spaced coded light."""
+        """Mean and variance [C, levels] of the values at equally spaced coded light, or roots of linear light."""
         return _table(self)
 
     def process(self, coded: Tensor) -> Tensor:
@@ -74,19 +75,20 @@ class Tail:
 
 @lru_cache(maxsize=32)  # a fit mostly moves what comes before the tail
 def _table(tail: Tail) -> tuple[Tensor, Tensor]:
-    coded = torch.linspace(0, 1, _LEVELS)
+    coded = torch.linspace(0, 1, _LEVELS) ** (2 if tail.curve == "linear" else 1)
     light = {"linear": lambda: coded, "srgb": lambda: to_linear(coded), "power": lambda: coded**POWER}[tail.curve]()
     spread = (tail.sigma**2 + light / tail.full_well).sqrt()
-    drawn = (light[:, None] + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
+    drawn = (light[:, None] + tail.black + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
     if tail.curve != "linear":
         drawn = to_coded(drawn) if tail.curve == "srgb" else drawn.clamp(min=DARKEST**POWER) ** (1 / POWER)
     values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
     return values.mean(-1), values.var(-1, correction=0)
 
 
-def _interpolated(table: Tensor, coded: Tensor) -> Tensor:
+def _interpolated(table: Tensor, coded: Tensor, curve: Curve) -> Tensor:
     """What a table [C, levels] has at coded light [B, C, H, W]."""
-    position = coded.clamp(0, 1) * (_LEVELS - 1)
+    even = coded.clamp(0, 1)
+    position = (even.sqrt() if curve == "linear" else even) * (_LEVELS - 1)
     index = position.long().clamp_(max=_LEVELS - 2)
     part = position - index
     at = (index + (torch.arange(len(table)) * _LEVELS)[:, None, None]).flatten()

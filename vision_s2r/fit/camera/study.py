@@ -14,8 +14,9 @@ from vision_s2r.fit.camera.codec import attenuation, codec_scatter
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
 from vision_s2r.fit.camera.fitting import Target
+from vision_s2r.fit.camera.flat_fields import black_level
 from vision_s2r.fit.camera.light import LEAST_FRAMES, STEADY, Differing, FrameLight, deciding_level, differing
-from vision_s2r.fit.camera.prediction import Pictures, without_encoder
+from vision_s2r.fit.camera.prediction import Pictures, linear, without_encoder
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.reference import (
     coarse,
@@ -38,6 +39,7 @@ from vision_s2r.fit.camera.weighing import (
     counted_pixels,
     detail,
     measure,
+    photon_transfer,
     spread_map,
 )
 from vision_s2r.fit.case import Values
@@ -47,6 +49,8 @@ _FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames
 _LARGE, _WORKED = 200, 600_000  # px of the shorter side, and values in all: pictures of more are worked on at less size
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
+_DARK_SLOPE = 12.92 * 12**0.5  # steps of sRGB's coded values, in the dark, in a standard deviation of light
+_CODES = 128  # values in use, from which their distance tells the step of a converter
 _QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
 _DEFINED, _KERNELS = 0.05, 0.1  # of what it changes, that an effect may do otherwise; and a blur
 _BLURRED_EDGES, _WARPED_EDGES = 0.08, 0.2  # … and at most with a blur, or a warp
@@ -65,6 +69,7 @@ class Study:
     bins: NoiseBins
     ranked: Sequence[int]  # frames, the most telling first
     proposals: Sequence[frozenset[str]]
+    photon_transfer: Mapping[str, float]  # noise effects that flat fields prove, with nats
     area: Area | None = None  # which shows something else than the simulator drew, px of `pictures`
 
     @property
@@ -117,6 +122,7 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
     not_excited |= surfaces.not_excited(pictures.surfaces, list(library), recording.grey)
     jpeg = _jpeg(recording) if "jpeg_compression" in library else None
     fixed: Values = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
+    step = step_of(recording)
     noise = of_stage("noise")
     usable = [name for name in library if name not in noise | not_excited.keys() | of_stage("encoder")]
     names = camera_only(usable)
@@ -131,7 +137,7 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
         segments = informative(pictures, frames_of_a_fit(pictures))
         begun = coarse(levels, [*names, *scene], {**fixed, **scene}, segments)
     reference = fit_reference(levels, begun, names, fixed, segments)
-    yardstick, _ = measure_noise(pictures, whole, reference, jpeg, recording.bits)
+    yardstick, _ = measure_noise(pictures, whole, reference, jpeg, step)
     target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
     reference = without_idle(target, reference, segments, fixed)
     sharper = sharp(reference, pictures.scale)
@@ -139,16 +145,15 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
     pictures = replace(pictures, encoding=likeliest_curve(pictures, sharper, segments))
     links = chain(replace(target, pictures=pictures), reference, segments, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
-    yardstick, bins = measure_noise(pictures, whole, reference, jpeg, recording.bits)
-    noises = noise_names(
-        yardstick.noise, bins, links[-1][0], [name for name in noise if name in library and name not in not_excited]
-    )
+    yardstick, bins = measure_noise(pictures, whole, reference, jpeg, step)
+    noisy = [name for name in noise if name in library and name not in not_excited]
+    noises = noise_names(yardstick.noise, bins, links[-1][0], noisy)
+    proved = photon_transfer(yardstick.noise, links[-1][0], noisy, bins)
     proposals = [names | frozenset(noises) for names in needed(links)]
     edges = detail(pictures.sim).mean((1, 2, 3))
     ranked = sorted(range(count), key=lambda segment: -float(edges[segment]))
-    return Study(
-        pictures, jpeg, not_excited, reference, [values for values, _ in links], yardstick, bins, ranked, proposals
-    )
+    known = [values for values, _ in links]
+    return Study(pictures, jpeg, not_excited, reference, known, yardstick, bins, ranked, proposals, proved)
 
 
 def worked(levels: Sequence[Pictures]) -> Sequence[Pictures]:
@@ -229,10 +234,22 @@ def _jpeg(recording: CameraRecording) -> tuple[int, float] | None:
     return None if found is None or jpeg_quality(recording.sim) is not None else found
 
 
+def step_of(recording: CameraRecording) -> float:
+    """What the real pictures' values are rounded to: their bits, or those of a converter of fewer."""
+    full = 2**recording.bits - 1
+    codes = np.unique(np.rint(recording.real * full).astype(np.int64))
+    if recording.bits == 8 or len(codes) < _CODES:
+        return 1 / full
+    return float(np.quantile(np.diff(codes), 0.05)) / full
+
+
 def measure_noise(
-    pictures: Pictures, whole: Pictures, reference: Values, jpeg: tuple[int, float] | None, bits: int
+    pictures: Pictures, whole: Pictures, reference: Values, jpeg: tuple[int, float] | None, step: float
 ) -> tuple[Yardstick, NoiseBins]:
-    """The yardstick of `pictures`, from what the reference leaves; noise is that of the `whole` ones' pixels."""
+    """The yardstick of `pictures`, from what the reference leaves; noise is that of the `whole` ones' pixels.
+
+    `step`: what the recording's values are rounded to.
+    """
     whole = replace(whole, kernel=pictures.kernel, encoding=pictures.encoding, light=pictures.light)
     large = pictures.scale < 1
     counted, mean, residual = _left(whole, reference)
@@ -240,13 +257,17 @@ def measure_noise(
     if jpeg and not large:
         scatter = codec_scatter(pictures, reference, float(jpeg[0]), residual, counted)
     bins = measure(residual, mean, counted, jpeg is None, scatter, pictures.encoding)
-    rounding = 0.0 if jpeg else 1 / 12 / (2**bits - 1) ** 2
+    rounding = 0.0 if jpeg else step**2 / 12
     through = IDENTITY
     if jpeg:
         before, after = attenuation(float(jpeg[0]), pictures.sim.shape[1])
         through = Attenuation(before.double().numpy(), after.double().numpy())
-    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), reference, bits)
-    noise = NoiseModel(base, rounding, through, pictures.encoding)
+    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), reference, step)
+    black = 0.0
+    if bins.independent:
+        seen, light = (linear(each, pictures.encoding) for each in (whole.real, whole.sim))
+        black = black_level(seen, light, counted, step / (12**0.5 if pictures.encoding == "linear" else _DARK_SLOPE))
+    noise = NoiseModel(base, rounding, through, pictures.encoding, black)
     if large:
         counted, mean, residual = _left(pictures, reference)
         scatter = torch.zeros_like(mean[:, :1])

@@ -1,6 +1,6 @@
 """The noise of a recording: how much of it there is at each brightness, and what the simulator cannot do better."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
 from vision_s2r.fit.camera.codec import within_blocks
-from vision_s2r.fit.camera.flat_fields import flat_fields, squared_noise
+from vision_s2r.fit.camera.flat_fields import flat_fields, is_white, noise_of
 from vision_s2r.fit.camera.independent import independent_squares
 from vision_s2r.fit.camera.noise import Curve, Tail
 from vision_s2r.fit.camera.prediction import Pictures
@@ -21,6 +21,7 @@ IMPLAUSIBLE = (6 / 255) ** 2  # variance in flat places that is no noise behind 
 LEAST = (0.1 / 255) ** 2  # variance: an encoder may leave none at all
 QUIET, LOUD = 0.2, 0.75  # steps of the bits: the measurement noise of a camera without noise effects lies between these
 _BETTER = 20.0  # half squared standard deviations, by which a noise beside shot and read noise must be the better story
+_MISTOLD = 15.0  # half squared standard deviations of a brightness, by which what it is told as may be off
 _FILTERED = 3.8  # samples behind the filter that say as much as an independent one
 _CERTAIN = 2e4  # independent samples of a brightness: more are no better, since the mean is only nearly known
 _IMMERKAER = torch.tensor([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]]) / 6
@@ -51,6 +52,7 @@ class NoiseBins:
     values: np.ndarray
     encoding: Curve
     repeated: float  # samples that say as much as an independent one
+    independent: bool  # whether it is that of flat fields, and each pixel's own
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
@@ -91,10 +93,12 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     limit = max(float(fine[counted].quantile(0.3) if counted.sum() < 2**24 else fine.median()), 1.5 / 255)
     flat = counted & (fine <= limit)
     plain = white and flat_fields(fine, counted)
-    level = smoothed(mean)
     if plain:
-        squared = squared_noise(residual, mean)
+        noise = noise_of(residual, mean)
+        mean = level = smoothed(mean + residual, 2)  # noise is that of the light there is, not of what should be
+        squared = noise.square()
     else:
+        level = smoothed(mean)
         fine_part = _filtered(residual, flat, white)
         squared = (independent_squares(fine_part, flat, level) if white else fine_part.square()) - known
     index = _place(level, encoding).long().clamp(max=BINS - 1)
@@ -115,7 +119,8 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     centres = ((torch.arange(BINS) + 0.5) / BINS) ** (2 if encoding == "linear" else 1)
     values = torch.where(counts.sum(0) > 0, values / counts.sum(0).clamp(min=1), centres)
     repeated = _FILTERED if white and not plain else 1.0
-    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated)
+    independent = plain and is_white(noise)
+    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated, independent)
 
 
 def _filtered(residual: Tensor, flat: Tensor, white: bool) -> Tensor:
@@ -146,9 +151,10 @@ class NoiseModel:
     """The noise that a recording has without noise effects, and what an encoder makes of noise."""
 
     base: float  # variance of measurement noise that no effect is named for, without rounding
-    rounding: float  # variance of rounding to the recording's bits
+    rounding: float  # variance of what values are rounded to
     attenuation: Attenuation
     encoding: Curve
+    black: float = 0.0  # of full scale, under the light that shot noise is of
 
     @property
     def quiet(self) -> float:
@@ -162,7 +168,7 @@ class NoiseModel:
 
     def at(self, values: Values, levels: np.ndarray) -> np.ndarray:
         """The variance [C, K] predicted at mean coded values `levels` [C, K]."""
-        tail = Tail.of(values, self.encoding, len(levels))
+        tail = replace(Tail.of(values, self.encoding, len(levels)), black=self.black)
         if not tail.noisy:
             return np.full(levels.shape, self.quiet)
         mean, variance = (table.numpy() for table in tail.table())
@@ -223,22 +229,23 @@ def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean[order], variance[order]
 
 
-def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, bits: int) -> float:
-    """The variance of measurement noise that needs no effect: within what rounding to the bits has beside it.
+def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, step: float) -> float:
+    """The variance of measurement noise that needs no effect: within what rounding to a step has beside it.
 
     Where some brightness has more, the camera has shot or read noise, and what else there is is fitted beside both to
     the photon transfer curve (EMVA 1288, section 6): none, unless that is much the worse story. In coded values shot
-    noise is nearly as even as it is.
+    noise is nearly as even as it is. Flat fields have none beside them.
     """
     variance, counts = bins.variance(segments)
     enough = np.isfinite(variance) & (counts > 500)
-    step = 1 / (2**bits - 1)
     least, most = ((level * step) ** 2 for level in (QUIET, LOUD))
     if not enough.any():
         return float(np.clip((0.5 / 255) ** 2, least, most))
     rounding = step**2 / 12
     if np.quantile(variance[enough], 0.8) - rounding <= most:
         return float(np.clip(np.quantile(variance[enough], 0.2) - rounding, least, most))
+    if bins.independent:
+        return 0.0
     names = sorted(_CHARTS)
 
     def cost(base: float) -> float:
@@ -254,10 +261,29 @@ def _told(
     """Noise effects fitted to the measured noise, and how badly they tell it: half squared standard deviations."""
     variance, counts = bins.variance(segments)
     enough = np.isfinite(variance) & (counts > 500)
-    fitted = noise.fit(values, names, bins, segments)
+    fitted = noise.fit(values, names, bins, segments) if names else {}
     model = noise.at(dict(values) | fitted, bins.values)[enough]
     misfit = bins.weights(counts[enough]) * np.log(np.maximum(variance[enough], 1e-12) / model)
     return float((9 * (np.sqrt(1 + (misfit / 3) ** 2) - 1)).sum()), fitted
+
+
+def photon_transfer(noise: NoiseModel, values: Values, names: Collection[str], bins: NoiseBins) -> dict[str, float]:
+    """Of these noise effects those that flat fields' noise asks for beside the other, with nats (EMVA 1288, section 6).
+
+    None where it is not each pixel's own, or varies with the light as read and shot noise together do not.
+    """
+    every, both = range(len(bins.squares)), sorted(names)
+    variance, counts = bins.variance(every)
+    enough = np.isfinite(variance) & (counts > 500)
+
+    def misfit(chosen: list[str]) -> float:
+        """With the tone of `values`, or none: an offset of black is told as a tone, which it is not."""
+        return min(_told(noise, tone, chosen, bins, every)[0] for tone in (values, {}))
+
+    if not bins.independent or misfit(both) > _MISTOLD * enough.sum():
+        return {}
+    nats = {name: misfit([each for each in both if each != name]) - misfit(both) for name in both}
+    return {name: gained for name, gained in nats.items() if gained > _BETTER}
 
 
 def told_otherwise(

@@ -48,6 +48,7 @@ class ContactCase:
     allowance = 0.0
     rough: Names = frozenset({name for name, fit in CONTACT_FITS.items() if fit.rough})
     guessed: Names = frozenset()
+    measured: Mapping[str, float] = {}
     motions: int = 1
     discrepancies: Mapping[str, str] = MEANINGS
     certain: Mapping[str, float] = {}

@@ -51,6 +51,7 @@ class JointCase:
     kind = "joint"
     unsteady = ""
     allowance = 0.0
+    measured: Mapping[str, float] = {}
     sharp = False
     discrepancies: Mapping[str, str] = MEANINGS
 

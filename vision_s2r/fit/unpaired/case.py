@@ -62,6 +62,7 @@ class UnpairedCase:
     allowance = 0.0
     rough: Names = frozenset()
     guessed: Names = frozenset()
+    measured: Mapping[str, float] = {}
     motions: int = 1
     refitted: Names = frozenset()
     metric = "statistics_distance"
