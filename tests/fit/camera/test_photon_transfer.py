@@ -9,6 +9,7 @@ import torch
 from tests.fit.camera.test_camera_case import opened
 from vision_s2r.camera.colour import to_coded, to_linear
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.fit.camera.flat_fields import noise_of
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -82,6 +83,14 @@ def test_a_sensor_of_uneven_pixels_in_unsteady_light_has_its_full_well_and_read_
     assert found.keys() == {"read_noise", "shot_noise"}
     assert found["shot_noise"].parameters["full_well"].value == pytest.approx(12_000, rel=0.03)
     assert found["read_noise"].parameters["sigma"].value == pytest.approx(0.0009, rel=0.15)  # one dark frame tells it
+
+
+def test_one_dark_frame_among_bright_ones_has_its_noise() -> None:
+    recording, light = flats(12_000.0, 0.0009, 16, True, 0.01, darkest=0.005)
+    light = torch.tensor([light[0], *[light[-1]] * (FRAMES - 1)])
+    residual = recording.real[[0, *[-1] * (FRAMES - 1)]][..., 0] - light[:, None, None].numpy()
+    noise = noise_of(torch.from_numpy(residual)[:, None].float(), light[:, None, None, None].expand(-1, 1, SIZE, SIZE))
+    assert float(noise[0].std()) == pytest.approx(np.sqrt(0.005 / 12_000 + 0.0009**2), rel=0.05)
 
 
 def test_rows_of_a_frame_are_no_read_noise() -> None:

@@ -95,13 +95,17 @@ class CameraFitter:
         return {name: dict(found[name]) for name in effects}
 
     def fit_noise(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
-        """The noise of `names`, for which only the tone of `values` matters: most hypotheses have the same."""
+        """The noise of `names`, for which only the tone of `values` matters: most hypotheses have the same.
+
+        Of flat fields, where both are told apart, read noise without a name does not count as shot noise.
+        """
         tone = {name: value for name, value in values.items() if name in of_stage("tone")}
         tail = Tail.of(tone, self._study.pictures.encoding, self._study.pictures.sim.shape[1])
         key = (tail, tuple(names), tuple(segments))
         if key not in self._noises:
-            self._noises[key] = self._study.yardstick.noise.fit(tone, names, self._study.bins, segments)
-        return {name: dict(value) for name, value in self._noises[key].items()}
+            both = sorted(of_stage("noise")) if self._study.photon_transfer else names
+            self._noises[key] = self._study.yardstick.noise.fit(tone, both, self._study.bins, segments)
+        return {name: dict(self._noises[key][name]) for name in names}
 
     def fit_apart(self, values: Values, names: Sequence[str], segments: Sequence[int]) -> dict[str, dict[str, float]]:
         """The grain of labels, and the area of a missing object, in what effects leave; of no size if there is none."""

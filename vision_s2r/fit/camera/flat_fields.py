@@ -14,6 +14,7 @@ _ALL_BUT = 0.99  # … in so many of its pixels
 _LEAST = 5  # frames from which a pixel's own offset and gain are told
 _WINDOW = 5  # px, whose mean is the light's
 _ROUNDS, _STILL = 30, 1e-4  # of reweighting, and a change of variances that ends it: the darkest frame's come slowly
+_FREE = 0.05  # of a frame's noise, that the regression has to leave: one frame alone in the dark tells its offset
 _LAGS = ((0, 1), (1, 0), (1, 1), (0, 2), (2, 0))  # px
 _ALIKE = 0.03  # correlation that rows' offsets, too small to matter, may have
 _FAR, _FEW_FAR = 5.0, 1e-3  # standard deviations, and the share of pixels that are so far off at most
@@ -45,7 +46,8 @@ def noise_of(residual: Tensor, mean: Tensor) -> Tensor:
         weighed = design / variance[:, None]
         hat = design @ torch.linalg.inv(design.T @ weighed) @ weighed.T  # [N, N]
         left = fine - torch.tensordot(hat.float(), fine, 1)
-        noise = left / (1 - hat.diagonal()).sqrt().float()[:, None, None, None]
+        free = (1 - hat.diagonal()).float()[:, None, None, None]
+        noise = torch.where(free > _FREE, left / free.clamp(min=_FREE).sqrt(), fine)
         before, variance = variance, noise.square().mean((1, 2, 3)).double().clamp(min=1e-12)
         if float((variance / before).log().abs().max()) < _STILL:
             break
