@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from vision_s2r.fit.camera.fitting import FREEDOM
-from vision_s2r.fit.camera.weighing import smoothed
+from vision_s2r.fit.camera.smoothing import smoothed
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too

@@ -12,6 +12,8 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from vision_s2r.fit.camera.smoothing import smoothed
+
 DISCREPANCIES: dict[str, str] = {
     "tone_curve": "a smooth change of coded values",
     "colour_mixing": "channels that leak into each other",
@@ -39,7 +41,7 @@ _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _SCATTERED = (4, 10, 24)  # px, over which light is scattered
-_AROUND = 15  # px, whose mean is the light's and not the pixel's own
+_AROUND = 7  # px to either side, whose mean is the light's and not the pixel's own
 _RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset from a gain
 _BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
@@ -267,8 +269,7 @@ def _offsets_and_gains(residual: Tensor, mean: Tensor, weight: Weights) -> Tenso
 def _own(values: Tensor) -> Tensor:
     """What pixels have [C, H, W, K] beside their surroundings."""
     pictures = values.movedim(-1, 0)
-    padded = F.pad(pictures, (_AROUND // 2,) * 4, mode="replicate")
-    return (pictures - F.avg_pool2d(padded, _AROUND, 1)).movedim(0, -1)
+    return (pictures - smoothed(pictures, _AROUND)).movedim(0, -1)
 
 
 def _rows_and_columns(residual: Tensor, weight: Weights) -> Tensor:

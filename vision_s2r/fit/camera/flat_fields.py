@@ -6,8 +6,10 @@ of two frames of one exposure, a weighted regression over all frames does the sa
 
 import numpy as np
 import torch
-import torch.nn.functional as F
 from torch import Tensor
+
+from vision_s2r.fit.camera.independent import likeness
+from vision_s2r.fit.camera.smoothing import smoothed
 
 EVEN = 1.5 / 255  # how much a flat field varies around a pixel at most …
 _ALL_BUT = 0.99  # … in so many of its pixels
@@ -33,8 +35,7 @@ def flat_fields(detail: Tensor, counted: Tensor) -> bool:
 
 def noise_of(residual: Tensor, mean: Tensor) -> Tensor:
     """Values [N, C, H, W] whose variance is the noise's, of residuals about flat fields of a `mean`."""
-    window = F.avg_pool2d(F.pad(residual, (_WINDOW // 2,) * 4, mode="replicate"), _WINDOW, 1)
-    fine = (residual - window) / (1 - 1 / _WINDOW**2) ** 0.5
+    fine = (residual - smoothed(residual, _WINDOW // 2)) / (1 - 1 / _WINDOW**2) ** 0.5
     if len(fine) < _LEAST:
         return fine
     level = mean.mean((1, 2, 3)).double()
@@ -63,12 +64,11 @@ def is_white(noise: Tensor) -> bool:
     if len(noise) < _LEAST:
         return False
     scaled = noise / noise.square().mean((2, 3), keepdim=True).sqrt().clamp(min=1e-9)
-    height, width = scaled.shape[-2:]
+    every = torch.ones_like(scaled, dtype=torch.bool)
     own, share = 1 / _WINDOW**2, 1 - 1 / _WINDOW**2
     for dy, dx in _LAGS:
-        one, other = scaled[..., : height - dy, : width - dx], scaled[..., dy:, dx:]
         expected = own * ((_WINDOW - dy) * (_WINDOW - dx) * own - 2) / share
-        if abs(float((one * other).mean()) - expected) > _ALIKE:
+        if abs(likeness(scaled, every, dy, dx) - expected) > _ALIKE:
             return False
     return float((scaled.abs() > _FAR).float().mean()) < _FEW_FAR
 

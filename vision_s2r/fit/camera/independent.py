@@ -58,15 +58,15 @@ def _of_neighbours(values: Tensor, seen: Tensor) -> float:
     seen = seen.expand_as(values)
     typical = float(values[seen].abs().median()) / 0.6745
     near = values.clamp(-_FAR * typical, _FAR * typical)
-    likeness = [_likeness(near, seen, dy, dx) for k in _APART for dy, dx in ((0, k), (k, 0))]
-    most = max(abs(each) for each in likeness)
+    shared = [likeness(near, seen, dy, dx) for k in _APART for dy, dx in ((0, k), (k, 0))]
+    most = max(abs(each) for each in shared)
     if most < _ALIKE:
         return 0.0
     even = typical**2 / max(float(values[seen].square().mean()), 1e-12)  # 1 of noise that all pixels have alike
     return min(max(2 * most, 1 - even), _MOST)
 
 
-def _likeness(values: Tensor, seen: Tensor, dy: int, dx: int) -> float:
+def likeness(values: Tensor, seen: Tensor, dy: int, dx: int) -> float:
     """The correlation of pixels so far apart."""
     height, width = values.shape[-2:]
     one, other = values[..., : height - dy, : width - dx], values[..., dy:, dx:]

@@ -49,7 +49,7 @@ _FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames
 _LARGE, _WORKED = 200, 600_000  # px of the shorter side, and values in all: pictures of more are worked on at less size
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
-_DARK_SLOPE = 12.92 * 12**0.5  # steps of sRGB's coded values, in the dark, in a standard deviation of light
+_DARK_SLOPE = 12.92  # of sRGB's coded values over the light, in the dark
 _CODES = 128  # values in use, from which their distance tells the step of a converter
 _QUIET_EDGES = 0.015  # what a simulator without warps gets wrong, of an edge's height …
 _DEFINED, _KERNELS = 0.05, 0.1  # of what it changes, that an effect may do otherwise; and a blur
@@ -266,7 +266,7 @@ def measure_noise(
     black = 0.0
     if bins.independent:
         seen, light = (linear(each, pictures.encoding) for each in (whole.real, whole.sim))
-        black = black_level(seen, light, counted, step / (12**0.5 if pictures.encoding == "linear" else _DARK_SLOPE))
+        black = black_level(seen, light, counted, rounding**0.5 / (1 if pictures.encoding == "linear" else _DARK_SLOPE))
     noise = NoiseModel(base, rounding, through, pictures.encoding, black)
     if large:
         counted, mean, residual = _left(pictures, reference)

@@ -14,6 +14,7 @@ from vision_s2r.fit.camera.flat_fields import flat_fields, is_white, noise_of
 from vision_s2r.fit.camera.independent import independent_squares
 from vision_s2r.fit.camera.noise import Curve, Tail
 from vision_s2r.fit.camera.prediction import Pictures
+from vision_s2r.fit.camera.smoothing import smoothed
 from vision_s2r.fit.case import Values
 
 BINS = 20  # of brightness, equally spaced in what is coded, or in the square root of what is light
@@ -69,11 +70,6 @@ def _place(pictures: Tensor, encoding: Curve) -> Tensor:
     """Where in the bins, from 0 to BINS, the values [B, C, H, W] of pictures lie."""
     values = pictures.clamp(0, 1)
     return (values.sqrt() if encoding == "linear" else values) * BINS
-
-
-def smoothed(pictures: Tensor, reach: int = 1) -> Tensor:
-    """The mean [B, C, H, W] of each pixel and its neighbours, of which there are `reach` to either side."""
-    return F.avg_pool2d(F.pad(pictures, (reach,) * 4, mode="replicate"), 2 * reach + 1, 1)
 
 
 def detail(mean: Tensor) -> Tensor:
@@ -229,6 +225,11 @@ def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.nda
     return mean[order], variance[order]
 
 
+def _enough(variance: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Where [C, BINS] (bool) enough samples tell a variance."""
+    return np.asarray(np.isfinite(variance) & (counts > 500))
+
+
 def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, step: float) -> float:
     """The variance of measurement noise that needs no effect: within what rounding to a step has beside it.
 
@@ -237,7 +238,7 @@ def base_noise(bins: NoiseBins, segments: Sequence[int], values: Values, step: f
     noise is nearly as even as it is. Flat fields have none beside them.
     """
     variance, counts = bins.variance(segments)
-    enough = np.isfinite(variance) & (counts > 500)
+    enough = _enough(variance, counts)
     least, most = ((level * step) ** 2 for level in (QUIET, LOUD))
     if not enough.any():
         return float(np.clip((0.5 / 255) ** 2, least, most))
@@ -260,7 +261,7 @@ def _told(
 ) -> tuple[float, dict[str, dict[str, float]]]:
     """Noise effects fitted to the measured noise, and how badly they tell it: half squared standard deviations."""
     variance, counts = bins.variance(segments)
-    enough = np.isfinite(variance) & (counts > 500)
+    enough = _enough(variance, counts)
     fitted = noise.fit(values, names, bins, segments) if names else {}
     model = noise.at(dict(values) | fitted, bins.values)[enough]
     misfit = bins.weights(counts[enough]) * np.log(np.maximum(variance[enough], 1e-12) / model)
@@ -273,16 +274,17 @@ def photon_transfer(noise: NoiseModel, values: Values, names: Collection[str], b
     None where it is not each pixel's own, or varies with the light as read and shot noise together do not.
     """
     every, both = range(len(bins.squares)), sorted(names)
-    variance, counts = bins.variance(every)
-    enough = np.isfinite(variance) & (counts > 500)
+    if not bins.independent:
+        return {}
 
     def misfit(chosen: list[str]) -> float:
         """With the tone of `values`, or none: an offset of black is told as a tone, which it is not."""
         return min(_told(noise, tone, chosen, bins, every)[0] for tone in (values, {}))
 
-    if not bins.independent or misfit(both) > _MISTOLD * enough.sum():
+    whole = misfit(both)
+    if whole > _MISTOLD * _enough(*bins.variance(every)).sum():
         return {}
-    nats = {name: misfit([each for each in both if each != name]) - misfit(both) for name in both}
+    nats = {name: misfit([each for each in both if each != name]) - whole for name in both}
     return {name: gained for name, gained in nats.items() if gained > _BETTER}
 
 
