@@ -11,7 +11,7 @@ import pytest
 from recordings import an_arm, played
 
 from vision_s2r.diagnose.arm import _likely, diagnose_arm
-from vision_s2r.diagnose.arm_report import commands
+from vision_s2r.diagnose.arm_report import _Errors, commands
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
@@ -177,3 +177,12 @@ def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
     near = _likely(runs, made, "elbow", {}, {}, QUICK, 1)
     assert runs.error("elbow", {}) > 100 * 2e-4**2
     assert runs.error("elbow", near) < 1.2 * 2e-4**2
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "closed"),
+    [(1.05, 1.05, True), (4.0, 1.3, False), (1000.0, 6.0, True), (1000.0, 20.0, False), (1e6, 100.0, False)],
+)
+def test_a_joints_gap_is_closed_where_next_to_nothing_is_left_and_that_near_the_noise(before, after, closed):
+    squares = [np.full((3, 1), each) for each in (before, before, after, 1.0)]
+    assert _Errors(*squares, tip=None, seed=0).closed(0, adequate=0.1) is closed

@@ -11,8 +11,8 @@ from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.one_case import Diagnosis
-from vision_s2r.diagnose.report import ALTERNATIVES, OPEN
-from vision_s2r.diagnose.settled import is_slight
+from vision_s2r.diagnose.report import ALTERNATIVES, NEAR_FLOOR, OPEN
+from vision_s2r.diagnose.settled import LEAST_SHARE, is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
 from vision_s2r.fit.arm.problems import Problems
@@ -108,9 +108,14 @@ class _Errors:
         )
         return Gap(before, before, after, floor, self.seed)
 
-    def rest(self, joint: int) -> float:
-        """What is left of a joint's mean squared error over the noise's variance, in units of that."""
-        return float(self.after[:, joint].mean() / self.floor[:, joint].mean() - 1)
+    def closed(self, joint: int, adequate: float) -> bool:
+        """Whether a joint's gap is closed: what is left is noise, or as little of the gap as a name may not close.
+
+        `adequate` is the excess that passes for noise, in units of its variance.
+        """
+        before, after, floor = (float(each[:, joint].mean()) for each in (self.before, self.after, self.floor))
+        little = after - floor < LEAST_SHARE * (before - floor) and after < NEAR_FLOOR**2 * floor
+        return little or after - floor <= adequate * floor
 
     def weight(self, joint: int) -> float:
         """The part of the arm's gap that is this joint's, beside that of the whole."""
@@ -193,8 +198,7 @@ def _told(settled: SettledArm, parts: Mapping[str, Mapping[str, Any]], errors: _
             else:
                 named.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
         told.effects.extend(named)
-        adequate = errors.rest(j) <= cfg.joint.adequate
-        told.verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), adequate)
+        told.verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), errors.closed(j, cfg.joint.adequate))
         values = (*part.get("refitted", []), *map(_value, slight))
         told.refitted.extend(_of_joint(settled, name, each) for each in values)
         undecided = {effect["name"] for effect in slight} | gone
@@ -294,12 +298,12 @@ def _whole_line(settled: SettledArm, name: str, joint: str | None = None) -> dic
     return said if joint is None else said | {"joint": joint}
 
 
-def _of_run(verdict: str, named: bool, idle_names: bool, adequate: bool) -> str:
-    """A joint's verdict beside the whole arm's free run: where that leaves no more than noise, nothing is left.
+def _of_run(verdict: str, named: bool, idle_names: bool, closed: bool) -> str:
+    """A joint's verdict beside the whole arm's free run: where that leaves next to nothing, nothing is left.
 
     What a joint's own problem leaves may be of the load, which is partly measured.
     """
-    if adequate:
+    if closed:
         return "explained" if named else "no_gap"
     if verdict in ("no_gap", "explained") and not idle_names:
         return verdict
