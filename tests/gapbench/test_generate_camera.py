@@ -152,15 +152,15 @@ def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     assert isinstance(recording, CameraRecording)
     assert recording.sim.shape[1:3] == (128, 128)
     answer = machine.answer
-    expected = {"null": 0, "single": 1, "pair": 2, "triple": 3, "known_unknown": 1, "unpaired": 1, "confusable": 1}
+    expected = {"null": 0, "single": 1, "pair": 2, "triple": 3, "known_unknown": 1, "confusable": 1}
     assert len(answer.effects) == expected.get(case, 0)
     if case == "confusable":
         (visible,) = answer.notes["visible"].values()
         assert visible < camera.SEVERE and answer.shrink is None
     assert bool(answer.unknown) == (case in ("unknown", "known_unknown"))
     assert bool(answer.withhold) == (case == "left_out")
-    assert recording.pairing == ("unpaired" if case == "unpaired" else "paired")
-    if case in ("unpaired", "confusable"):
+    assert recording.pairing == "paired"
+    if case == "confusable":
         return
     gap = 255 * math.sqrt(np.mean((recording.sim - recording.real) ** 2))
     if case in ("null", "weak"):
@@ -228,5 +228,5 @@ def test_the_same_seed_seals_the_same_camera(tmp_path: Path) -> None:
 def test_every_unknown_effect_is_seen(split: str) -> None:
     setting = camera._setting((), np.random.default_rng(3), common=True)
     for kind in UNKNOWN[split]:
-        truth = camera._with_unknown(setting, camera.CameraTruth(), kind, np.random.default_rng(4))
+        truth = camera.with_unknown(setting, camera.CameraTruth(), kind, np.random.default_rng(4))
         assert camera._difference(setting, truth, camera.CameraTruth()) >= 2 * camera.MILD, kind.__name__

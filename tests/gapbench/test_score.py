@@ -230,3 +230,15 @@ def test_what_a_diagnosis_asks_for_is_recorded_beside_random_commands(scored_by)
         lines = (folder / "recording" / "joint.csv").read_text().splitlines()
         lengths[way] = [sum(line.startswith(f"{k},") for line in lines) for k in range(6)]
     assert lengths["asked"] == lengths["random"] == [800] * 5 + [50]
+
+
+def test_a_name_that_may_be_contents_is_told_from_one_that_is_claimed() -> None:
+    answer = {"case": "content", "effects": {}, "optional": {}, "equivalents": [], "unknown": "content"}
+    answer |= {"severity": None, "withhold": None, "where": [], "shrink": None}
+    effect = {"name": "gamma", "source": "camera", "share": 1.0, "parameters": {}}
+    report = {"verdict": "explained", "effects": [effect], "candidates": [], "where": [], "gap": {"shrink": 0.5}}
+    rival = {"name": "gamma", "statistic": "tone, mean light", "shift": 0.4}
+    scores = [score("a", "unpaired", answer, report | {"contents": told}, 1.0) for told in ([], [rival])]
+    rows = {row.name: row.value for row in totals("unpaired", scores)}
+    assert rows["contents that differ: no name"] == 0
+    assert rows["contents that differ: no name, or said to be perhaps contents"] == 0.5

@@ -11,7 +11,7 @@ from vision_s2r.parallel import backend_option
 
 STAGES = ("generate", "score", "all", "follow")
 ARMS = ("chains", "public", "all")
-KINDS = ("joint", "camera", "contact", "arm", "appearance", "servo", "robot")
+KINDS = ("joint", "camera", "contact", "arm", "appearance", "servo", "robot", "unpaired")
 COUNTS = {
     "null": 20,
     "dynamics": 18,
@@ -24,7 +24,7 @@ COUNTS = {
     "weak": 17,
     "all_nominal": 11,
     "left_out": 17,
-    "unpaired": 10,
+    "content": 10,
     "confusable": 0,
     "sensor": 10,
 }

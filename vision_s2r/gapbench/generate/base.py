@@ -33,7 +33,7 @@ CASES = (
     "weak",  # one effect too weak to matter
     "all_nominal",  # every modelled parameter 5 to 25 % off, and one effect
     "left_out",  # one effect of the library, which the diagnosis is told to forget
-    "unpaired",  # cameras: two sets of pictures without matching scenes, one effect
+    "content",  # two sets of pictures: the camera is right, and what lies before it is not what is rendered
     "confusable",  # one effect that its recording hardly shows, or that another imitates there; another recording tells
     "sensor",  # cameras: flat fields of a sensor that is not ideal; shot noise, and read noise where it shows
 )

@@ -42,21 +42,16 @@ from vision_s2r.gapbench.generate.camera_strength import FAMILIES, IN_STEPS, OF_
 from vision_s2r.gapbench.generate.camera_unknown import UNKNOWN, Kind
 
 CASES = (
-    *("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "unpaired", "confusable"),
+    *("null", "single", "pair", "triple", "unknown", "known_unknown", "weak", "left_out", "confusable"),
     "sensor",
 )
-PAIRS, UNPAIRED_PICTURES = 16, 24
+PAIRS = 16
 SIZE, MARGIN, FINE = 128, 28, 2
 MILD, SEVERE, SEVERE_NOISE = 1.5, 20.0, 12.0  # grey levels of 255
 WEAK = (0.03, 0.15)
 HIDDEN = 0.15  # grey levels: an effect, or what is left of it beside another, that nobody can tell
 SLIGHT, DRAWS = 0.05, 3  # intensity of an effect that is scaled to imitate another, and how often it is drawn
 LEAST_SHRINK = 0.1  # of a known effect beside an unknown one
-# Effects that the statistics of two sets of pictures can show
-UNPAIRED = (
-    *("defocus_blur", "motion_blur", "jpeg_compression", "read_noise", "shot_noise"),
-    *("vignetting", "exposure", "white_balance"),
-)
 _ALIKE = (  # effects that may pass for each other
     ("exposure", "white_balance", "gamma", "vignetting", "uneven_illumination", "cast_shadow"),
     ("defocus_blur", "motion_blur", "low_resolution"),
@@ -75,7 +70,6 @@ class Form:
 
     content: str = "photo"  # or render: tables alone, with labels
     grey: bool = False
-    paired: bool = True
     count: int = PAIRS  # scenes
 
 
@@ -119,14 +113,13 @@ Drawn = tuple[CameraSetting, CameraTruth, Answer]
 
 
 def _null(index: int, split: str, rng: np.random.Generator) -> Drawn:
-    """Every eighth is unpaired."""
-    return _setting((), rng, paired=index % 8 != 7), CameraTruth(), Answer("null")
+    return _setting((), rng), CameraTruth(), Answer("null")
 
 
 def _known(case: str, names: Sequence[str], rng: np.random.Generator) -> Drawn:
-    setting = _setting(names, rng, paired=case != "unpaired")
-    truth = _with_effects(setting, names, rng)
-    where = sorted(_WHERE[names[0]]) if len(names) == 1 else []
+    setting = _setting(names, rng)
+    truth = with_effects(setting, names, rng)
+    where = sorted(WHERE[names[0]]) if len(names) == 1 else []
     return setting, truth, Answer(case, truth.values, where=where)
 
 
@@ -142,10 +135,6 @@ def _triple(index: int, split: str, rng: np.random.Generator) -> Drawn:
     first = EFFECTS[index % len(EFFECTS)]
     others = rng.choice([name for name in EFFECTS if name != first], size=2, replace=False)
     return _known("triple", (first, *map(str, others)), rng)
-
-
-def _unpaired(index: int, split: str, rng: np.random.Generator) -> Drawn:
-    return _known("unpaired", (UNPAIRED[index % len(UNPAIRED)],), rng)
 
 
 def _left_out(index: int, split: str, rng: np.random.Generator) -> Drawn:
@@ -165,7 +154,7 @@ def _weak(index: int, split: str, rng: np.random.Generator) -> Drawn:
 def _unknown(index: int, split: str, rng: np.random.Generator) -> Drawn:
     kind = UNKNOWN[split][index % len(UNKNOWN[split])]
     setting = _setting((), rng, common=True)
-    truth = _with_unknown(setting, CameraTruth(), kind, rng)
+    truth = with_unknown(setting, CameraTruth(), kind, rng)
     return setting, truth, Answer("unknown", unknown=truth.unknown)
 
 
@@ -174,7 +163,7 @@ def _known_unknown(index: int, split: str, rng: np.random.Generator) -> Drawn:
     name = EFFECTS[index % len(EFFECTS)]
     kind = UNKNOWN[split][index % len(UNKNOWN[split])]
     setting = _setting((name,), rng, common=True)
-    truth = _with_unknown(setting, _with_effects(setting, (name,), rng), kind, rng)
+    truth = with_unknown(setting, with_effects(setting, (name,), rng), kind, rng)
     if _difference(setting, truth, truth.without(name)) < MILD:
         raise Redraw
     return setting, truth, Answer("known_unknown", truth.values, unknown=truth.unknown)
@@ -224,22 +213,26 @@ _DRAWN: dict[str, Callable[[int, str, np.random.Generator], Drawn]] = {
     "known_unknown": _known_unknown,
     "weak": _weak,
     "left_out": _left_out,
-    "unpaired": _unpaired,
     "confusable": _confusable,
 }
 
 # -- scenes and cameras ------------------------------------------------------------------------------------------------
 
 
-def _setting(
-    effects: Sequence[str], rng: np.random.Generator, *, paired: bool = True, common: bool = False
-) -> CameraSetting:
+def _setting(effects: Sequence[str], rng: np.random.Generator, *, common: bool = False) -> CameraSetting:
     """Scenes and a camera that can show these effects; `common`: colour, 8 bits, sRGB, as most are anyway."""
-    kind = "common" if common or not paired or rng.random() < 0.8 else rng.choice(["deep", "linear", "grey"])
+    kind = "common" if common or rng.random() < 0.8 else rng.choice(["deep", "linear", "grey"])
     if kind == "grey" and any(name in OF_COLOUR for name in effects):
         kind = "common"
     if kind in ("deep", "linear") and "jpeg_compression" in effects:
         kind = "common"
+    geometry, sensor = device(kind, rng)
+    form = Form("render" if rng.random() < 0.4 else "photo", kind == "grey")
+    return _drawn(form, geometry, sensor, rng)
+
+
+def device(kind: str, rng: np.random.Generator) -> tuple[Geometry, Sensor]:
+    """A camera of a kind: common (colour, 8 bits, sRGB), deep, linear or grey."""
     bits = 16 if kind in ("deep", "linear") else 8
     sensor = Sensor(
         kernel=str(rng.choice(["cubic75", "cubic75", "cubic", "lanczos"])),
@@ -250,16 +243,12 @@ def _setting(
     apart = rng.spawn(1)[0]
     if apart.random() < UNLIKE:
         sensor = _unlike(sensor, apart)
-    form = Form("render" if rng.random() < 0.4 else "photo", kind == "grey", paired)
-    if not paired:
-        form = replace(form, count=2 * UNPAIRED_PICTURES)
     focal = 140.0 if rng.random() < 0.5 else float(np.round(rng.uniform(115, 180), 1))
     off = (0.0, 0.0) if rng.random() < 0.7 else np.round(rng.uniform(-4, 4, 2), 1).tolist()
     centre = (SIZE - 1) / 2
     # Most real pictures look between the samples of the simulator's, some at a finer drawing of the scene
     fine = FINE if rng.random() < 0.1 else 1
-    geometry = Geometry(SIZE, SIZE, focal, focal, centre + off[0], centre + off[1], MARGIN, fine)
-    return _drawn(form, geometry, sensor, rng)
+    return Geometry(SIZE, SIZE, focal, focal, centre + off[0], centre + off[1], MARGIN, fine), sensor
 
 
 def _unlike(sensor: Sensor, rng: np.random.Generator) -> Sensor:
@@ -290,12 +279,11 @@ def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Genera
 
 def scenes(form: Form, fine: Geometry, rng: np.random.Generator) -> tuple[Array, Array]:
     """Scenes [N, h, w, 3] (coded, [0, 1]) and their labels [N, h, w] at the sampling of `fine`."""
-    worlds = [camera_scenes.world(rng) for _ in range(4 if form.paired else 1)]
+    worlds = [camera_scenes.world(rng) for _ in range(4)]
     names = ["table"] if form.content == "render" else list(camera_scenes.SCENES)
-    only = str(rng.choice(["table", "clutter"]))  # two sets of pictures are of one place
     drawn = []
     for k in range(form.count):
-        name = only if not form.paired else str(rng.choice(names))
+        name = str(rng.choice(names))
         drawn.append(camera_scenes.draw(name, worlds[k % len(worlds)], fine.shape, fine.fx * FINE, rng))
     return np.stack([picture for picture, _ in drawn]), np.stack([labels for _, labels in drawn])
 
@@ -327,10 +315,11 @@ def _difference(setting: CameraSetting, truth: CameraTruth, without: CameraTruth
     return 255 * float(np.sqrt(np.mean((pictures[0] - pictures[1]) ** 2)))
 
 
-def _with_effects(setting: CameraSetting, names: Sequence[str], rng: np.random.Generator) -> CameraTruth:
-    """A camera with these effects, each of which shows beside the others."""
+def with_effects(
+    setting: CameraSetting, names: Sequence[str], rng: np.random.Generator, least: float = MILD
+) -> CameraTruth:
+    """A camera with these effects, each of which shows, alone by `least` grey levels, and beside the others."""
     truth = CameraTruth()
-    least = 4.0 if not setting.form.paired else MILD
     for name in names:
         severe = SEVERE_NOISE if name in (*NOISE, "jpeg_compression") else SEVERE
         truth = _grown(setting, truth, name, rng, (least, severe))
@@ -351,15 +340,17 @@ def _grown(
     return replace(truth, values={**truth.values, name: family(intensity)})
 
 
-def _with_unknown(setting: CameraSetting, truth: CameraTruth, kind: Kind, rng: np.random.Generator) -> CameraTruth:
-    """Add an unknown effect, twice as visible at least as the mildest known ones."""
+def with_unknown(
+    setting: CameraSetting, truth: CameraTruth, kind: Kind, rng: np.random.Generator, least: float = 2 * MILD
+) -> CameraTruth:
+    """Add an unknown effect that changes the pictures by `least` grey levels at least."""
     seed = int(rng.integers(2**32))
 
     def grow(x: float) -> CameraTruth:
         stage, step = kind(x, np.random.default_rng(seed))
         return replace(truth, unknown=kind.__name__, stages={stage: step})
 
-    intensity = _intensity(lambda x: _difference(setting, grow(x), truth), (2 * MILD, SEVERE_NOISE), rng, False)
+    intensity = _intensity(lambda x: _difference(setting, grow(x), truth), (least, SEVERE_NOISE), rng, False)
     return grow(intensity)
 
 
@@ -423,16 +414,16 @@ def _recorded(setting: CameraSetting, truth: CameraTruth, answer: Answer, rng: n
     severity, shrink = _gap(setting, truth, answer, real, rng)
     if shrink is not None and shrink < LEAST_SHRINK:
         raise Redraw  # the unknown effect undoes the known one, as sharpening does blur
-    answer = replace(answer, severity=severity, shrink=shrink, notes=_notes(setting, truth))
+    answer = replace(answer, severity=severity, shrink=shrink, notes=notes(setting, truth))
     files = _Files(setting, raw if as_jpeg else real, truth.values["jpeg_compression"]["quality"] if as_jpeg else None)
     return GeneratedMachine(answer, files.write)
 
 
-def _notes(setting: CameraSetting, truth: CameraTruth) -> dict[str, object]:
+def notes(setting: CameraSetting, truth: CameraTruth) -> dict[str, object]:
+    """What people may want to know of a camera."""
     return {
         "noise": 255 * setting.sensor.sigma,
         "content": setting.form.content,
-        "paired": setting.form.paired,
         "kernel": setting.sensor.kernel,
         "curve": setting.sensor.curve,
         "rounding": setting.sensor.rounding,
@@ -452,8 +443,6 @@ def _gap(
     setting: CameraSetting, truth: CameraTruth, answer: Answer, real: Array, rng: np.random.Generator
 ) -> tuple[float | None, float | None]:
     """How severe the gap is, and the share of it that the effects of the answer remove."""
-    if not setting.form.paired:
-        return None, None
     full = 2**setting.sensor.bits - 1
     inner = setting.geometry.crop(np.zeros((1, *setting.geometry.shape)))
     seen = np.zeros(setting.geometry.shape)
@@ -482,6 +471,14 @@ def _gap(
     return before / floor, shrink
 
 
+def heading(setting: CameraSetting, pairing: str) -> str:
+    """What recording.yaml says of a setting's pictures."""
+    g = setting.geometry
+    camera = {"width": g.width, "height": g.height, "fx": g.fx, "fy": g.fy, "cx": float(g.cx), "cy": float(g.cy)}
+    head = {"format": "vision-s2r/recording/1", "kind": "camera", "pairing": pairing, "camera": camera}
+    return yaml.safe_dump(head | ({"encoding": "linear"} if setting.sensor.linear else {}), sort_keys=False)
+
+
 @dataclass(frozen=True)
 class _Files:
     """A recording before it is written."""
@@ -492,34 +489,21 @@ class _Files:
 
     def write(self, folder: Path) -> None:
         """Write the recording into a folder that exists and is empty."""
-        setting, half = self.setting, UNPAIRED_PICTURES
-        unpaired = not setting.form.paired
-        sim, real = (setting.sim[:half], self.real[half:]) if unpaired else (setting.sim, self.real)
-        labels = setting.labels[: len(sim)]
-        g = setting.geometry
-        camera = {"width": g.width, "height": g.height, "fx": g.fx, "fy": g.fy, "cx": float(g.cx), "cy": float(g.cy)}
-        head: dict[str, object] = {
-            "format": "vision-s2r/recording/1",
-            "kind": "camera",
-            "pairing": "unpaired" if unpaired else "paired",
-            "camera": camera,
-        }
-        if setting.sensor.linear:
-            head["encoding"] = "linear"
-        (folder / "recording.yaml").write_text(yaml.safe_dump(head, sort_keys=False))
-        for name, pictures in (("sim", sim), ("real", real)):
+        setting = self.setting
+        (folder / "recording.yaml").write_text(heading(setting, "paired"))
+        for name, pictures in (("sim", setting.sim), ("real", self.real)):
             (folder / name).mkdir()
             for k, picture in enumerate(pictures):
                 write_picture(folder / name / f"{k:04d}", picture, self.quality if name == "real" else None)
         if setting.form.content == "render":
             (folder / "labels").mkdir()
-            for k, picture in enumerate(labels):
+            for k, picture in enumerate(setting.labels):
                 write_picture(folder / "labels" / f"{k:04d}", picture[..., None], None)
 
 
 # Axes of a report's "where", one of which should lead, for one effect alone; those without have no place of their own
 _PLACE = ("radius", "region", "grid")
-_WHERE: dict[str, tuple[str, ...]] = {
+WHERE: dict[str, tuple[str, ...]] = {
     "camera_pose_offset": (),
     "uneven_illumination": ("region", "grid"),
     "cast_shadow": ("region", "grid"),

@@ -27,6 +27,9 @@ class SyntheticScene:
     ambient: float
     gain: float
     grain: Array  # [_GRAIN, _GRAIN], faint roughness of everything
+    solids: tuple[int, int] = (5, 12)  # how many stand on a table: from, below
+    size: float = 1.0  # of these, a factor
+    pitch: tuple[float, float] = (0.55, 1.45)  # rad, at which a camera looks down on them
 
 
 @dataclass(frozen=True)
@@ -140,12 +143,12 @@ class _Solid:
 
 
 def _table(world: SyntheticScene, shape: tuple[int, int], focal: float, rng: Rng) -> tuple[Array, Array]:
-    lens = _look(shape, focal, rng)
+    lens = _look(world, shape, focal, rng)
     picture, labels = _backdrop(world, shape, rng)
     corners = np.array([[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]], dtype=np.float64)
     tiled = np.tile(world.textures[world.surface], (5, 5, 1))
     shade = world.ambient + (1 - world.ambient) * world.light[2]
-    solids = [_solid(rng) for _ in range(rng.integers(5, 12))]
+    solids = [_solid(world, rng) for _ in range(rng.integers(*world.solids))]
     shadows: Array = np.zeros(shape)
     for solid in solids:
         _fill(shadows, lens.project(_on_ground(solid, world)), 1.0)
@@ -159,15 +162,15 @@ def _table(world: SyntheticScene, shape: tuple[int, int], focal: float, rng: Rng
     return picture, labels.astype(np.uint8)
 
 
-def _solid(rng: Rng) -> _Solid:
-    radius = math.exp(rng.uniform(math.log(0.06), math.log(0.25)))
+def _solid(world: SyntheticScene, rng: Rng) -> _Solid:
+    radius = world.size * math.exp(rng.uniform(math.log(0.06), math.log(0.25)))
     base = np.array([rng.uniform(-0.8, 0.8), rng.uniform(-0.7, 0.7), 0.0])
     sides = int(rng.choice([0, 0, 3, 4, 4, 4, 6, 20]))
     return _Solid(base, radius, radius * rng.uniform(0.5, 2.5), sides, rng.uniform(0, np.pi))
 
 
-def _look(shape: tuple[int, int], focal: float, rng: Rng) -> Lens:
-    pitch, distance, turn = rng.uniform(0.55, 1.45), rng.uniform(1.5, 2.4), rng.uniform(-0.4, 0.4)
+def _look(world: SyntheticScene, shape: tuple[int, int], focal: float, rng: Rng) -> Lens:
+    pitch, distance, turn = rng.uniform(*world.pitch), rng.uniform(1.5, 2.4), rng.uniform(-0.4, 0.4)
     position = distance * np.array(
         [math.sin(turn) * math.cos(pitch), -math.cos(turn) * math.cos(pitch), math.sin(pitch)]
     )

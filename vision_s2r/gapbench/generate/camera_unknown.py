@@ -64,3 +64,32 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         processing.temporal_denoising,
     ),
 }
+
+# Those that statistics of two sets without a scene in common can show: no warps, nothing that stays at its place, and
+# nothing that exposure, gamma, colour, falloff and blurs imitate to first order but for a third
+SHOWN_BY_SETS: dict[str, tuple[Kind, ...]] = {
+    "tuning": (
+        sensor.row_banding,
+        processing.posterization,
+        optics.bloom,
+        sensor.colour_crosstalk,
+        sensor.salt_and_pepper,
+        processing.sharpening_halo,
+        sensor.column_gains,
+        optics.mechanical_vignetting,
+        processing.denoising,
+        optics.ghost_reflection,
+    ),
+    "reporting": (
+        sensor.interlacing,
+        processing.hue_clipping,
+        sensor.moire,
+        optics.coma,
+        optics.lens_flare,
+        sensor.ccd_smear,
+        sensor.mains_banding,
+        processing.chroma_subsampling,
+        sensor.dead_pixels,
+        optics.axial_colour,
+    ),
+}

@@ -11,7 +11,7 @@ DYNAMICS = {
 }
 APPEARANCE = {"albedo", "texture", "light_direction", "ambient", "missing_object"}
 UNKNOWN_VERDICTS = {"unexplained", "partly_explained"}
-NAMED_CASES = ("dynamics", "single", "pair", "whole_pair", "triple", "all_nominal", "known_unknown", "unpaired")
+NAMED_CASES = ("dynamics", "single", "pair", "whole_pair", "triple", "all_nominal", "known_unknown")
 TURNS = {  # period of `angle` (deg) or `azimuth` (rad)
     **{"motion_blur": 180.0, "uneven_illumination": 360.0, "cast_shadow": 360.0},
     "light_direction": 2 * math.pi,
@@ -39,7 +39,8 @@ class Score:
     effects that predicts the same is the same answer). `confusable`: not exact, but a larger equivalent set, or one
     whose difference to the answer the report itself declares as confusable. `drive`: the effects of the drive among
     the named ones are right, whatever parameters of the simulator are named. `false`: effects named that are not there.
-    `denied`: an effect beside an unknown one is said to be absent, rather than named or left undecided.
+    `denied`: an effect beside an unknown one is said to be absent, rather than named or left undecided. `contents`: all
+    effects that are named are said to be perhaps contents that differ between two sets of pictures.
     """
 
     id: str
@@ -61,6 +62,7 @@ class Score:
     false_alarm: bool | None = None
     recognized: bool | None = None
     denied: bool | None = None
+    contents: bool | None = None
     shrink_ratio: float | None = None
     parameters: list[ParameterScore] = field(default_factory=list)
     group: str = ""
@@ -101,6 +103,7 @@ def score(name: str, kind: str, answer: Mapping[str, Any], report: Mapping[str, 
         false_alarm=_false_alarm(report, case, named - there, verdict),
         recognized=_recognized(report, answer, named, optional, equivalents),
         denied=_denied(said, required - named) if case == "known_unknown" and report else None,
+        contents=_contents(said, named) if kind == "unpaired" and report else None,
         shrink_ratio=_shrink_ratio(said, answer) if described else None,
         parameters=list(_parameter_scores(said, answer["effects"])) if required <= named else [],
         group=answer.get("group", ""),
@@ -131,6 +134,8 @@ def _verdict_right(case: str, verdict: str, named: set[str]) -> bool:
         return verdict == "no_gap" or (case == "weak" and bool(named) and verdict == "explained")
     if case == "known_unknown":
         return verdict == "partly_explained"
+    if case == "content":  # whether that shows is drawn
+        return not named and verdict in ("no_gap", "unexplained")
     if case == "sensor":  # how uneven its pixels are, and whether that shows, is drawn
         return verdict in ("explained", "partly_explained")
     return verdict in UNKNOWN_VERDICTS if case in ("unknown", "left_out") else verdict == "explained"
@@ -145,6 +150,8 @@ def source_of(kind: str, effect: str) -> str:
     """The source of the gap that an effect of this kind of recording belongs to."""
     if kind == "appearance":
         return kind if effect.rpartition(".")[2] in APPEARANCE else "camera"
+    if kind == "unpaired":
+        return "camera"
     if kind not in ("joint", "servo", "arm"):
         return kind
     return "dynamics" if effect.rpartition(".")[2] in DYNAMICS else "actuator"
@@ -187,6 +194,10 @@ def _recognized(
 def _denied(report: Mapping[str, Any], missing: set[str]) -> bool:
     """Whether the report rules out an effect that is there."""
     return any(label(line) in missing and line["status"] == "absent" for line in report["candidates"])
+
+
+def _contents(report: Mapping[str, Any], named: set[str]) -> bool:
+    return named <= {each["name"] for each in report.get("contents", ())}
 
 
 def _shrink_ratio(report: Mapping[str, Any], answer: Mapping[str, Any]) -> float | None:
