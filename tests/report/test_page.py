@@ -136,3 +136,10 @@ def test_what_the_simulator_has_without_a_name_is_on_the_page(tmp_path):
     kept = {"name": "external_load_friction", "source": "actuator", "parameters": {"coefficient": value}}
     text = _written(report | {"refitted": [kept]}, tmp_path).text
     assert "external load friction coefficient 0.210 0.190 to 0.230" in text
+
+
+def test_what_may_be_contents_of_two_sets_is_said():
+    rivals = [{"name": name, "statistic": "tone, mean light", "shift": 0.4} for name in ("exposure", "unexplained")]
+    report = GapReport.of(a_report("camera", exposure={"stops": 0.2}) | {"contents": rivals})
+    assert "Exposure and what is left may as well be contents that differ" in report.summary()
+    assert "may as well" not in GapReport.of(report.to_dict() | {"contents": []}).summary()

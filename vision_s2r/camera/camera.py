@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.camera.colour import Curve, linear_to_power, power_to_linear, to_coded, to_linear
 from vision_s2r.camera.config import CameraConfig, check
 from vision_s2r.camera.effect import (
     CAMERA_EFFECTS,
@@ -22,6 +22,7 @@ from vision_s2r.camera.parameters import CameraParameters
 from vision_s2r.errors import UserError
 from vision_s2r.randomize import EffectRange, effect_ranges
 
+_OF_CURVE = {"srgb": (to_linear, to_coded), "power": (power_to_linear, linear_to_power)}  # to light, and back
 _FOCAL_LENGTH = 1.1  # picture widths: 49 degrees across
 
 
@@ -41,7 +42,7 @@ class Camera:
     def __init__(
         self,
         ranges: Mapping[str, EffectRange] | None = None,
-        encoding: Encoding = "srgb",
+        encoding: Curve = "srgb",
         interpolation: Interpolation = "bicubic",
         jpeg: JpegForm = "codec",
         reference_size: int | None = None,
@@ -131,11 +132,17 @@ class Camera:
                 images, frame = _crop(images, frame)
             if not active.any():
                 continue
-            if self.encoding == "srgb":
-                images = _convert(images, active & (linear != effect.linear_light), effect.linear_light)
+            if self.encoding != "linear":
+                images = self._convert(images, active & (linear != effect.linear_light), effect.linear_light)
                 linear = torch.where(active, effect.linear_light, linear)
             images = _apply(effect, images, parameters.values[effect.name], active, frame)
-        return _convert(_crop(images, frame)[0], linear, False)
+        return self._convert(_crop(images, frame)[0], linear, False)
+
+    def _convert(self, images: Tensor, chosen: Tensor, to_light: bool) -> Tensor:
+        """`images` with the `chosen` samples (mask [B]) brought to linear light, or back."""
+        if not chosen.any():
+            return images
+        return _replace(images, chosen.nonzero()[:, 0], _OF_CURVE[self.encoding][0 if to_light else 1])
 
     def _frame(self, images: Tensor, parameters: CameraParameters, margin: int, intrinsics: Tensor | None) -> Frame:
         batch = len(parameters)
@@ -178,13 +185,6 @@ def _replace(images: Tensor, index: Tensor, function: Callable[[Tensor], Tensor]
     if images.requires_grad or changed.requires_grad:
         return images.index_copy(0, index, changed)
     return images.index_copy_(0, index, changed)  # in place: copying the rest costs more than most effects
-
-
-def _convert(images: Tensor, chosen: Tensor, to_light: bool) -> Tensor:
-    """`images` with the `chosen` samples (mask [B]) brought to linear light, or back."""
-    if not chosen.any():
-        return images
-    return _replace(images, chosen.nonzero()[:, 0], to_linear if to_light else to_coded)
 
 
 def _crop(images: Tensor, frame: Frame) -> tuple[Tensor, Frame]:

@@ -4,7 +4,13 @@ The values are those of kornia.color, in two thirds of the time, for half of a c
 function's line and its power meet at a knee, so each is held there where the other rules, and no sample need choose.
 """
 
+from typing import Literal
+
 from torch import Tensor
+
+# What coded values are: linear light, sRGB's, or a plain power, to which many a maker's curve is nearer.
+Curve = Literal["srgb", "linear", "power"]
+POWER, DARKEST = 2.2, 1e-4
 
 _CODED_KNEE = 0.04045
 _LINEAR_KNEE = _CODED_KNEE / 12.92
@@ -22,6 +28,16 @@ def to_coded(linear: Tensor) -> Tensor:
     line = (linear.clamp(max=_LINEAR_KNEE) - _LINEAR_KNEE).mul_(12.92)
     power = _power(linear.clamp(min=_LINEAR_KNEE), 1 / 2.4)
     return (power * 1.055 + line.sub_(0.055)).clamp(0, 1)
+
+
+def power_to_linear(coded: Tensor) -> Tensor:
+    """Pictures coded by a plain power, in [0, 1], to linear light."""
+    return coded.clamp(min=DARKEST) ** POWER
+
+
+def linear_to_power(linear: Tensor) -> Tensor:
+    """The inverse of `power_to_linear`."""
+    return linear.clamp(min=DARKEST**POWER) ** (1 / POWER)
 
 
 def _power(base: Tensor, exponent: float) -> Tensor:

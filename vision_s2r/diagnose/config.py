@@ -39,6 +39,13 @@ class SearchConfig:
         "an arm, whose load is another engine's and in part measured, no more than `relief`.",
         low=0,
     )
+    mostly: float = option(
+        0.0,
+        "Where something is left, an effect must leave no more than this share of what is left without it, nothing "
+        "unknown beside it. 0: that is not asked.",
+        low=0,
+        high=1,
+    )
     promising: float = option(
         20.0,
         "Nats that one more effect, or something unknown, must seem to gain, to be tried where the floor is reached "
@@ -111,6 +118,21 @@ class DiagnoseConfig:
     camera: SearchConfig = option(
         SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True),
         "The search for what a camera has.",
+    )
+    unpaired: SearchConfig = option(
+        SearchConfig(
+            folds=2,
+            beam=1,
+            breadth=4,
+            contenders=2,
+            hidden=False,
+            beside=True,
+            known=True,
+            relief=0.02,
+            promising=8.0,
+            mostly=0.1,
+        ),
+        "… and where no picture of it shows a scene of the simulator's.",
     )
     contact: SearchConfig = option(
         SearchConfig(beam=2, breadth=5, contenders=3, most=4, unknowns=True, plain=True),

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from vision_s2r.diagnose.assess import Assessor
-from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.saved import SavedDiagnosis
@@ -51,7 +51,7 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
     """Diagnose a recording with `jobs` threads. Raises UserError as `diagnose` does."""
     recording = part_of(recording) if cfg.quick else recording
     case: Any = open_case(recording, cfg.withhold, jobs)
-    limits = {"joint": cfg.joint, "contact": cfg.contact}.get(case.kind, cfg.camera)
+    limits = _limits(recording, cfg)
     limits = quickly(limits) if cfg.quick else limits
     assessor = Assessor(case, limits, jobs, cfg.seed)
     with case.session():
@@ -71,14 +71,21 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Di
         if written["verdict"] in OPEN:
             ends = settled.simulator.hypothesis, settled.found.final.hypothesis
             written["unexplained"]["resembles"] += case.symptoms(*ends)
-    if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+    if isinstance(recording, CameraRecording):
         with case.session():
-            written |= {"light": case.light(settled.simulator.hypothesis)}
+            written |= _of_pictures(recording, case, settled, written["verdict"] in OPEN)
     if isinstance(recording, CameraRecording) and recording.label_names:
         written |= {"effects": _by_name(written["effects"], recording.label_names)}
     if isinstance(recording, CameraRecording) and cfg.sensitivity:
         written |= {"policy": load("vision_s2r.diagnose.worth:worth")(written["effects"], cfg.sensitivity, cfg.policy)}
     return Diagnosis.of(written, recording=recording, experiment=experiment, case=case, settled=settled)
+
+
+def _limits(recording: OfOneCase, cfg: DiagnoseConfig) -> SearchConfig:
+    """The search for what such a recording shows."""
+    if isinstance(recording, CameraRecording):
+        return cfg.unpaired if recording.pairing == "unpaired" else cfg.camera
+    return cfg.contact if isinstance(recording, ContactRecording) else cfg.joint
 
 
 def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Settled:
@@ -97,6 +104,14 @@ def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Se
     nameless = settled.found.effects <= frozenset(case.certain)
     more = search.beside_disturbance(found) if nameless else None
     return settle(case, assessor, more) if more else settled
+
+
+def _of_pictures(recording: CameraRecording, case: Any, settled: Settled, left: bool) -> dict[str, Any]:
+    """What a camera's report says beside effects: how light differs between frames; what may be contents."""
+    simulator = settled.simulator.hypothesis
+    if recording.pairing == "paired":
+        return {"light": case.light(simulator)}
+    return {"contents": case.contents(simulator, settled.found.effects & simulator.values.keys(), left)}
 
 
 def _by_name(effects: Sequence[dict[str, Any]], names: Mapping[int, str]) -> list[dict[str, Any]]:

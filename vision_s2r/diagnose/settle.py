@@ -18,8 +18,8 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     slight: Names = frozenset()
     whole: Simulator | None = None  # with all the names that do no harm
     while True:
-        if faint := _faint(assessor, found):
-            found = _without(assessor, found, faint)
+        if lost := _faint(assessor, found) or _partial(assessor, found):
+            found = _without(assessor, found, lost)
             continue
         firm = _firm(assessor, found)
         simulator = simulator_at_end(case, assessor, found, firm)
@@ -51,6 +51,21 @@ def _faint(assessor: Assessor, found: Found) -> str | None:
     }
     least = min(reliefs, key=lambda name: (reliefs[name], name), default=None)
     return least if least and reliefs[least] <= assessor.cfg.faint else None
+
+
+def _partial(assessor: Assessor, found: Found) -> str | None:
+    """The name that is furthest from doing all of its part, where something is left: it may be doing another's."""
+    asked = assessor.cfg.mostly
+    if not (asked and is_open(found)):
+        return None
+    known = found.final.names - found.unknown
+    rest = assessor.one(known, found.final.hypothesis).rest
+    without = {
+        name: assessor.one(known - {name}, found.final.hypothesis).rest
+        for name in found.effects - frozenset(assessor.case.certain)
+    }
+    least = min(without, key=lambda name: (without[name], name), default=None)
+    return least if least and rest > asked * without[least] else None
 
 
 def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:

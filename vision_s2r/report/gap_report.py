@@ -216,6 +216,15 @@ class PolicyCost:
     effects: tuple[EffectCost, ...]  # the dearest first
 
 
+@dataclass(frozen=True)
+class ContentRival:
+    """What may as well be contents that differ between two sets of pictures."""
+
+    name: str  # of an effect; unexplained: what no effect explains
+    statistic: str  # that it moves most
+    shift: float  # by so many standard deviations between pictures of one place
+
+
 @dataclass(frozen=True, kw_only=True)
 class GapReport:
     """What a diagnosis says. A notebook shows it as its page."""
@@ -236,6 +245,7 @@ class GapReport:
     withheld: tuple[str, ...] | None = None  # effects that were found, and make held-out data worse
     held_out: HeldOut | None = None  # of a joint
     light: UnsteadyLight | None = None  # of a paired camera's frames, where it differs between them
+    contents: tuple[ContentRival, ...] | None = None  # of two sets of pictures without a scene in common
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
     torques: dict[str, JointTorque] | None = None  # of an arm whose log has torques, by joint
     tip: TipGap | None = None  # of an arm

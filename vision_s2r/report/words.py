@@ -8,8 +8,9 @@ QUICK = "This was a quick look: at a part of the recording, with only the most p
 
 
 def verdict(report: Mapping[str, Any]) -> str:
-    """The whole report in two sentences, and that it was quick where it was."""
-    return f"{_verdict(report)} {QUICK}" if report.get("quick") else _verdict(report)
+    """The whole report in two sentences; what may be contents; and that it was quick where it was."""
+    quick = QUICK if report.get("quick") else ""
+    return " ".join(filter(None, [_verdict(report), contents(report.get("contents") or ()), quick]))
 
 
 def _verdict(report: Mapping[str, Any]) -> str:
@@ -37,6 +38,18 @@ def _verdict(report: Mapping[str, Any]) -> str:
     if apart:
         text += f" No simulator without that cause is better for {listed(apart)}: not in the patch."
     return text + (f" {worth(report['policy'])}" if report.get("policy") else "")
+
+
+def contents(rivals: Sequence[Mapping[str, Any]]) -> str:
+    """What may be contents that differ between two sets of pictures."""
+    if not rivals:
+        return ""
+    names = ["what is left" if each["name"] == "unexplained" else each["name"].replace("_", " ") for each in rivals]
+    said, most = listed(names), max(each["shift"] for each in rivals)
+    return (
+        f"{said[0].upper()}{said[1:]} may as well be contents that differ between the two sets: nothing is moved by "
+        f"more than {number(most)} standard deviations between pictures. Make sure that both sets show the same things."
+    )
 
 
 def worth(policy: Mapping[str, Any]) -> str:

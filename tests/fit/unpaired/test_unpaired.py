@@ -4,23 +4,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
 from tests.fit.unpaired.scenes import of, recording, scenes
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.diagnose.assess import Assessor
-from vision_s2r.diagnose.config import SearchConfig
+from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import Search
 from vision_s2r.diagnose.settle import settle
 from vision_s2r.errors import UserError
-from vision_s2r.fit.case import NOMINAL
+from vision_s2r.fit.case import NOMINAL, Hypothesis
 from vision_s2r.fit.unpaired.case import UnpairedCase
 from vision_s2r.recording import CameraRecording
 from vision_s2r.report import figures
 
-LIMITS = SearchConfig(folds=2, beam=1, breadth=4, contenders=2)  # as configs/diagnose.yaml has a camera's
+LIMITS = DiagnoseConfig().unpaired
 
 
 def case_of(pictures: CameraRecording, without: Sequence[str] = ()) -> UnpairedCase:
@@ -96,6 +97,13 @@ def test_a_tone_that_no_effect_gives_stays_without_a_name() -> None:
     assert not {each["name"] for each in result["effects"]} & {"defocus_blur", "vignetting", "jpeg_compression"}
 
 
+def test_what_does_not_do_all_of_its_part_has_no_name_beside_something_unknown() -> None:
+    real = scenes(16, 1)
+    soft = np.stack([cv2.GaussianBlur(picture, (0, 0), 1.5) for picture in real])
+    result = diagnosed(of(scenes(16, 0), real + 1.5 * (real - soft)))  # sharpened: as if noise were there
+    assert result["verdict"] == "unexplained" and result["effects"] == []
+
+
 @pytest.mark.slow
 def test_withheld_blur_is_unknown_or_its_twin() -> None:
     blurs = {"defocus_blur", "motion_blur", "low_resolution"}
@@ -127,3 +135,12 @@ def test_a_mask_that_leaves_too_little_is_an_error() -> None:
     mask[:, :10, :10] = True
     with pytest.raises(UserError, match="mask/"):
         case_of(replace(pictures, mask=mask))
+
+
+def test_an_effect_that_is_no_more_than_scenes_differ_by_may_be_contents() -> None:
+    case = case_of(recording({}, 10, count=24))
+    slight, strong = Hypothesis({"exposure": {"stops": 0.1}}), Hypothesis({"read_noise": {"sigma": 0.05}})
+    assert [each["name"] for each in case.contents(slight, frozenset({"exposure"}), False)] == ["exposure"]
+    assert case.contents(strong, frozenset({"read_noise"}), False) == []
+    (left,) = case.contents(NOMINAL, frozenset(), True)
+    assert left["name"] == "unexplained" and left["shift"] < 1

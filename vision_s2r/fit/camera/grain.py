@@ -12,7 +12,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.fit.camera.noise import Curve
+from vision_s2r.camera.colour import Curve
 from vision_s2r.fit.camera.prediction import linear
 
 _INSIDE = 2  # px from other labels: what is left nearer is of edges

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
 
 import numpy as np
 import torch
@@ -10,12 +9,9 @@ import torch.nn.functional as F
 from scipy.special import ndtri
 from torch import Tensor
 
-from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.camera.colour import POWER, Curve, linear_to_power, to_coded, to_linear
 from vision_s2r.fit.case import Values
 
-# What coded values are: as the recording says, or a plain power where a maker's curve is nearer to that than to sRGB's.
-Curve = Literal["srgb", "linear", "power"]
-POWER, DARKEST = 2.2, 1e-4
 _LEVELS = 129  # of the light, equally spaced in coded values, or in the roots of linear ones
 _DRAWS = torch.from_numpy(ndtri((np.arange(61) + 0.5) / 61)).float()
 _DRAWS /= _DRAWS.std(correction=0)
@@ -80,7 +76,7 @@ def _table(tail: Tail) -> tuple[Tensor, Tensor]:
     spread = (tail.sigma**2 + light / tail.full_well).sqrt()
     drawn = (light[:, None] + tail.black + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
     if tail.curve != "linear":
-        drawn = to_coded(drawn) if tail.curve == "srgb" else drawn.clamp(min=DARKEST**POWER) ** (1 / POWER)
+        drawn = to_coded(drawn) if tail.curve == "srgb" else linear_to_power(drawn)
     values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
     return values.mean(-1), values.var(-1, correction=0)
 

@@ -15,6 +15,7 @@ from torch import Tensor
 from vision_s2r.appearance import PICTURE_EFFECTS, Scene, is_appearance
 from vision_s2r.appearance.apply import after, in_order, passed
 from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.camera.colour import Curve, linear_to_power, power_to_linear
 from vision_s2r.camera.effect import CameraEffect, Frame, Interpolation
 from vision_s2r.camera.effects.jpeg_compression import libjpeg
 from vision_s2r.errors import UserError
@@ -22,7 +23,7 @@ from vision_s2r.fit.camera import effects as _effects  # noqa: F401  (fills CAME
 from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, Optics, of_stage
 from vision_s2r.fit.camera.light import STEADY, FrameLight
-from vision_s2r.fit.camera.noise import DARKEST, POWER, Curve, Tail
+from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.resampling import KERNELS, resampled
 from vision_s2r.fit.camera.surfaces import Surfaces
 from vision_s2r.fit.case import Values
@@ -251,7 +252,7 @@ def linear(pictures: Tensor, curve: Curve) -> Tensor:
     if curve == "linear":
         return pictures
     if curve == "power":
-        return pictures.clamp(min=DARKEST) ** POWER
+        return power_to_linear(pictures)
     power = ((pictures.clamp(min=0.04045) + 0.055) / 1.055).log_().mul_(2.4).exp_()
     return power.add_((pictures.clamp(max=0.04045) - 0.04045).div_(12.92))
 
@@ -261,7 +262,7 @@ def coded(light: Tensor, curve: Curve) -> Tensor:
     if curve == "linear":
         return light
     if curve == "power":
-        return light.clamp(min=DARKEST**POWER) ** (1 / POWER)
+        return linear_to_power(light)
     power = light.clamp(min=0.0031308).log_().mul_(1 / 2.4).exp_().mul_(1.055).sub_(0.055)
     return power.add_((light.clamp(max=0.0031308) - 0.0031308).mul_(12.92))
 

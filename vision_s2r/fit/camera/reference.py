@@ -11,12 +11,12 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from vision_s2r.camera.colour import Curve
 from vision_s2r.fit.camera.coordinates import neutral, starts
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Setting, at_stage, between, of_stage
 from vision_s2r.fit.camera.elimination import without_idle
 from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton, search_factor
 from vision_s2r.fit.camera.light import STEADY
-from vision_s2r.fit.camera.noise import Curve
 from vision_s2r.fit.camera.prediction import Pictures, on_the_way
 from vision_s2r.fit.camera.resampling import KERNELS
 from vision_s2r.fit.camera.weighing import detail

@@ -9,10 +9,11 @@ import torch.nn.functional as F
 from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
+from vision_s2r.camera.colour import Curve
 from vision_s2r.fit.camera.codec import within_blocks
 from vision_s2r.fit.camera.flat_fields import flat_fields, is_white, noise_of
 from vision_s2r.fit.camera.independent import independent_squares
-from vision_s2r.fit.camera.noise import Curve, Tail
+from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.prediction import Pictures
 from vision_s2r.fit.camera.smoothing import smoothed
 from vision_s2r.fit.case import Values

@@ -3,6 +3,7 @@
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -13,7 +14,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.surfaces import library_of
-from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.axes import axes
 from vision_s2r.fit.unpaired.intervals import intervals
@@ -30,11 +31,14 @@ DISCREPANCIES = {  # each moves the statistics of its group at will
     "unknown noise": "noise that depends on brightness or colour as no sensor's does",
 }
 _GROUP = dict(zip(("tone", "position", "spectrum", "noise"), DISCREPANCIES, strict=True))
+UNEXPLAINED = "unexplained"  # among what may be contents
+CONTENT = 1.5  # standard deviations between pictures: fuller, emptier tables and other things on them move no more
 _LEAST_SEEN = 0.9  # of the simulator's pictures must mean a pixel for it to count
 _LEAST_REGION = 0.2  # of the pixels must count
-_MOST_PICTURES, _LEAST_PICTURES = 48, 8  # of the simulator's that are used: more cost time and tell little
+_MOST_PICTURES, _LEAST_PICTURES = 48, 8  # of the simulator's that a camera takes: more cost time and tell little
 _STANDARD = 12.0  # pictures that a comparison of two sets of 24 is worth
-_PIXELS = 1_500_000  # that these may have in all, but for the least number of them
+_PIXELS = 1_500_000  # that these may have in all, but for the least number of them …
+_SEEN = 8  # … and so many times that of those whose statistics are known as they are
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,7 @@ class UnpairedCase:
     motions: int = 1
     refitted: Names = frozenset()
     metric = "statistics_distance"
-    unit = "–"
+    unit = "σ"
     described = (
         "statistics of each real picture (tones, light over the picture, spectrum, noise by brightness, the 8 px grid) "
         "against their mean over the simulator's set, in standard deviations between pictures; the floor is how far "
@@ -110,7 +114,7 @@ class UnpairedCase:
             target, free = self._real[list(segments)].mean(0), self._free(names)
             effects = names & frozenset(self.library)
             whole = len(segments) == self.segments
-            values = self._fitter.fit(target, effects, free, start.values if start else {}, 6 if whole else 2)
+            values = self._fitter.fit(target, effects, free, start.values if start else {}, 20 if whole else 4)
             offset = target - self._fitter.mean(values)
             extra = {
                 name: offset * self._free(frozenset({name})) for name in sorted(names & frozenset(self.discrepancies))
@@ -128,12 +132,14 @@ class UnpairedCase:
         return [np.array([-0.5 * weight * float(row @ row)]) for row in white]
 
     def excess(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
-        """1 and how much further [segments] a picture is from the simulator's mean than from that of the real ones.
+        """1 and how much further [segments] pictures are from the simulator's mean than from theirs.
 
         In the variances between pictures, scaled so that chance makes as much of it whatever the number of pictures.
+        One picture alone tells next to nothing of a mean: these segments have theirs.
         """
         far, own = self._white(hypothesis, segments), self._fitter.scatter.whitened(self._own(segments))
-        return 1 + (self._fitter.pictures / _STANDARD) * ((far**2).mean(1) - (own**2).mean(1))
+        more = float((far**2).mean() - (own**2).mean())
+        return np.full(len(segments), 1 + (self._fitter.pictures / _STANDARD) * more)
 
     def error(self, hypothesis: Hypothesis, segments: Segments) -> np.ndarray:
         """Mean over the statistics of the squared distance [segments] from the simulator's mean, in deviations."""
@@ -198,6 +204,26 @@ class UnpairedCase:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
 
+    def contents(self, simulator: Hypothesis, names: Names, left: bool) -> list[dict[str, Any]]:
+        """Which of these effects, and whether what is `left`, may as well be contents that differ between the sets.
+
+        What moves no statistic by more than pictures of one place differ by, or not by much: with other things in them,
+        or more, such a set is one that the same camera may take.
+        """
+        mean = self._fitter.mean
+        moved = {name: mean(simulator.values) - mean(_without(simulator.values, name)) for name in sorted(names)}
+        if left:
+            moved[UNEXPLAINED] = self._real.mean(0) - mean(simulator.values)
+        spread = self._real.std(axis=0, ddof=1) + 1e-9
+        found = []
+        for name, shift in moved.items():
+            most = int(np.argmax(np.abs(shift) / spread))
+            size = float(abs(shift[most]) / spread[most])
+            if size < CONTENT:
+                each = self._statistics[most]
+                found.append({"name": name, "statistic": f"{each.group}, {each.label}", "shift": size})
+        return found
+
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """How many more pictures tell the rivals apart, and what pairs would show."""
         advice = []
@@ -236,6 +262,10 @@ class UnpairedCase:
         return (self._real[list(segments)] - whole) * (self.segments / (self.segments - 1))
 
 
+def _without(values: Values, name: str) -> Values:
+    return {key: given for key, given in values.items() if key != name}
+
+
 def _study(recording: CameraRecording, library: Collection[str]) -> UnpairedStudy:
     height, width = recording.real.shape[1:3]
     summary = PictureStatistics(height, width, recording.encoding, recording.grey, _region(recording))
@@ -247,13 +277,14 @@ def _study(recording: CameraRecording, library: Collection[str]) -> UnpairedStud
         not_excited = dict.fromkeys(coloured, "the pictures are grey") | not_excited
     jpeg = jpeg_quality(recording.real) if recording.bits == 8 and "jpeg_compression" in library else None
     fixed = {"jpeg_compression": {"quality": float(jpeg[0])}} if jpeg else {}
-    most = max(_LEAST_PICTURES, min(_MOST_PICTURES, _PIXELS // (height * width)))
-    pictures = SimulatedSet(recording, summary, most)
+    fit_in = _PIXELS // (height * width)
+    most = max(_LEAST_PICTURES, min(_MOST_PICTURES, fit_in))
+    larger = SimulatedSet(recording, summary, max(most, _SEEN * fit_in))
+    pictures = SimulatedSet(recording, summary, most).within(larger)
     intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
     optics = Optics(width, height, float(intrinsics[:2].mean()))
-    worth = 1 / (1 / len(recording) + 1 / len(pictures))
     names = frozenset(library) - not_excited.keys()
-    found = reference(real, pictures, summary.statistics, optics, worth, fixed, names)
+    found = reference(real, pictures, summary.statistics, optics, len(larger), fixed, names)
     return UnpairedStudy(summary.statistics, real, jpeg, not_excited, found)
 
 

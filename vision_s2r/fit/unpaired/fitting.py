@@ -11,7 +11,7 @@ from vision_s2r.fit.gauss_newton import Damping, descend
 from vision_s2r.fit.least_squares import solved
 from vision_s2r.fit.unpaired.scatter import Scatter
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
-from vision_s2r.fit.unpaired.space import pack, shown, smooth, starts, stepped, steps, unpack
+from vision_s2r.fit.unpaired.space import cells, pack, shown, smooth, starts, stepped, steps, unpack
 
 _RULE = Damping(first=1e-3, raised=30, least=0.03, times=4, lowered=10, gain=0.02, relative_gain=1e-3, move=0.02)
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
@@ -22,18 +22,20 @@ class UnpairedFitter:
     """Fits cameras to the mean statistics of real pictures.
 
     `free` [K] bool marks statistics that a flexible unknown moves at will, so that they count for nothing. `pictures`
-    is how many independent pictures the comparison is worth; `fixed` parameters are known and stay.
+    is how many independent pictures the comparison is worth, `seen` how many the simulator's means are of; `fixed`
+    parameters are known and stay.
     """
 
     simulated: SimulatedSet
     scatter: Scatter
     optics: Optics
     pictures: float
+    seen: int
     fixed: Values
 
     def mean(self, values: Values) -> np.ndarray:
         """Mean statistics [K] of the simulator's set under effects."""
-        return self.simulated.statistics(values).mean(0)
+        return self.simulated.mean(values)
 
     def like(self, values: Values, base: Values) -> np.ndarray:
         """About the same, from a few pictures, of a camera that differs from `base`."""
@@ -46,7 +48,7 @@ class UnpairedFitter:
         return 0.5 * self.pictures * float((self.rest(difference[None], free) ** 2).sum())
 
     def fit(
-        self, target: np.ndarray, names: Collection[str], free: np.ndarray, start: Values, iterations: int = 6
+        self, target: np.ndarray, names: Collection[str], free: np.ndarray, start: Values, iterations: int
     ) -> dict[str, dict[str, float]]:
         """Parameters of `names` under which the simulator's set is likeliest to have the means `target` [K]."""
         values = {name: dict(start[name]) for name in names if name in start}
@@ -140,11 +142,11 @@ class UnpairedFitter:
     def _stepped(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
         """With the likeliest whole number of cells, or quality, near that of `values`."""
         width = self.optics.width
-        cells = name == "low_resolution"
-        low, high = (max(2, -(-width // 16)), width) if cells else (1, 100)
+        coarse = name == "low_resolution"
+        low, high = cells(width) if coarse else (1, 100)
 
         def at(whole: int) -> dict[str, dict[str, float]]:
-            given = {"factor": width / whole} if cells else {"quality": float(whole)}
+            given = {"factor": width / whole} if coarse else {"quality": float(whole)}
             return {**values, name: given}  # type: ignore[dict-item]
 
         known: dict[int, float] = {}
@@ -154,7 +156,7 @@ class UnpairedFitter:
                 known[whole] = self.loss(target - self.mean(at(whole)), free)
             return known[whole]
 
-        best = round(width / values[name]["factor"] if cells else values[name]["quality"])
+        best = round(width / values[name]["factor"] if coarse else values[name]["quality"])
         stride = max(round(best * 0.08), 1)
         while True:
             new = min((whole for whole in (best, best - stride, best + stride) if low <= whole <= high), key=loss)

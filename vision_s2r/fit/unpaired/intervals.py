@@ -6,7 +6,7 @@ from scipy.special import stdtrit
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.unpaired.fitting import UnpairedFitter
-from vision_s2r.fit.unpaired.space import chart, pack, stepped, unpack
+from vision_s2r.fit.unpaired.space import cells, chart, pack, stepped, unpack
 
 _DRAWS = 500
 
@@ -31,9 +31,9 @@ def intervals(
     pull = np.linalg.pinv(slopes, rcond=1e-6)
     covariance = pull @ pull.T / fitter.pictures
     spread = np.zeros_like(covariance)
-    for pictures in (real, fitter.simulated.statistics(values)):
+    for pictures, count in ((real, len(real)), (fitter.simulated.statistics(values), fitter.seen)):
         pulls = fitter.rest(pictures - pictures.mean(0), free) @ pull.T
-        spread += pulls.T @ pulls / (len(pulls) * (len(pulls) - 1))
+        spread += pulls.T @ pulls / (count * (len(pulls) - 1))
     widest = np.sqrt(np.maximum(np.diag(spread), np.diag(covariance)) / np.diag(covariance))
     covariance *= np.outer(widest, widest)
     freedom = min(len(real), len(fitter.simulated)) - 1
@@ -67,22 +67,19 @@ def _steps(
     """Of an effect that goes by whole numbers: those not less likely by 1.92 nats."""
     target = real.mean(0)
     key = next(iter(values[name]))
-    cells = name == "low_resolution"
-    best = round(fitter.optics.width / values[name][key] if cells else values[name][key])
+    width, coarse = fitter.optics.width, name == "low_resolution"
+    low, high = cells(width) if coarse else (1, 100)
+    best = round(width / values[name][key] if coarse else values[name][key])
 
     def loss(whole: int) -> float:
-        value = fitter.optics.width / whole if cells else float(whole)
+        value = width / whole if coarse else float(whole)
         return fitter.loss(target - fitter.mean({**values, name: {key: value}}), free)
 
     least, ends = loss(best), []
     for sign in (-1, 1):
         end = best
-        while (
-            2 <= end + sign <= (fitter.optics.width if cells else 100)
-            and abs(end - best) < 12
-            and loss(end + sign) < least + 1.92
-        ):
+        while low <= end + sign <= high and abs(end - best) < 12 and loss(end + sign) < least + 1.92:
             end += sign
         ends.append(end + 0.5 * sign)
-    inside = sorted(fitter.optics.width / end if cells else end for end in ends)
+    inside = sorted(width / end if coarse else end for end in ends)
     return {key: (min(inside[0], values[name][key]), max(inside[1], values[name][key]))}

@@ -1,9 +1,11 @@
 """A camera with every effect, fitted first: near it the scatter of the statistics is known."""
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from vision_s2r.camera.colour import Curve
 from vision_s2r.fit.camera.effect import Optics, of_stage
 from vision_s2r.fit.case import Names, Values
 from vision_s2r.fit.least_squares import solved
@@ -29,16 +31,19 @@ def reference(
     simulated: SimulatedSet,
     statistics: tuple[Statistic, ...],
     optics: Optics,
-    worth: float,
+    seen: int,
     fixed: Values,
     names: Names,
 ) -> Reference:
-    """From the statistics of the real pictures [N, K] and the effects that may be named."""
+    """From the statistics of the real pictures [N, K] and the effects that may be named.
+
+    `seen` is how many of the simulator's pictures its means are of.
+    """
     target = real.mean(0)
-    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, {})
+    fitter = _fitter(real, simulated, statistics, optics, seen, fixed, {})
     values = _everything(fitter, target, names)
-    simulated = _with_likeliest_noise(fitter, target, values)
-    fitter = _fitter(real, simulated, statistics, optics, worth, fixed, values)
+    simulated, values = _with_likelier_curve(fitter, _with_likeliest_noise(fitter, target, values), target, values)
+    fitter = _fitter(real, simulated, statistics, optics, seen, fixed, values)
     return Reference(fitter, _eliminated(fitter, target, values))
 
 
@@ -47,30 +52,55 @@ def _fitter(
     simulated: SimulatedSet,
     statistics: tuple[Statistic, ...],
     optics: Optics,
-    worth: float,
+    seen: int,
     fixed: Values,
     values: Values,
 ) -> UnpairedFitter:
     taken = simulated.statistics(values)
-    shift = real.mean(0) - simulated.statistics({}).mean(0)
+    shift = real.mean(0) - simulated.mean({})
+    worth = 1 / (1 / len(real) + 1 / seen)
     base = simulated.base_noise_doubt(values)
     wrong = np.diag(tolerance(statistics, shift)) + np.outer(base, base)
-    return UnpairedFitter(simulated, scatter(real, taken, wrong), optics, worth, fixed)
+    return UnpairedFitter(simulated, scatter(real, taken, wrong, worth), optics, worth, seen, fixed)
 
 
 def _with_likeliest_noise(fitter: UnpairedFitter, target: np.ndarray, values: Values) -> SimulatedSet:
     """The simulator's set with the base noise that goes best with a camera."""
     free = np.zeros(len(target), dtype=bool)
     sets = [fitter.simulated.with_base_noise(level) for level in BASE_NOISE]
-    losses = [fitter.loss(target - each.statistics(values).mean(0), free) for each in sets]
+    losses = [fitter.loss(target - each.mean(values), free) for each in sets]
     return sets[int(np.argmin(losses))]
+
+
+def _with_likelier_curve(
+    fitter: UnpairedFitter, simulated: SimulatedSet, target: np.ndarray, values: dict[str, dict[str, float]]
+) -> tuple[SimulatedSet, dict[str, dict[str, float]]]:
+    """The set before a camera of sRGB's curve, or of a plain power where that is likelier, and the camera's values.
+
+    A power may need no gamma where sRGB does.
+    """
+    if simulated.curve != "srgb":
+        return simulated, values
+    free = np.zeros(len(target), dtype=bool)
+
+    def fitted(curve: Curve, names: Collection[str]) -> tuple[float, SimulatedSet, dict[str, dict[str, float]]]:
+        own = replace(fitter, simulated=simulated.with_curve(curve))
+        found = own.fit(target, names, free, {name: values[name] for name in names}, 10)
+        return own.loss(target - own.mean(found), free), own.simulated, found
+
+    whole = fitted("srgb", values)
+    for names in (values.keys() - {"gamma"}, values):
+        power = fitted("power", sorted(names))
+        if power[0] < min(whole[0], fitted("srgb", sorted(names))[0] - _WORTH):
+            return power[1], power[2]
+    return simulated, values
 
 
 def _everything(fitter: UnpairedFitter, target: np.ndarray, names: Names) -> dict[str, dict[str, float]]:
     """All smooth effects, then noise and the likeliest blur where they bring anything."""
     free = np.zeros(len(target), dtype=bool)
     chosen = [name for name in names if smooth(name)]
-    values = fitter.fit(target, chosen + list(fitter.fixed), free, {}, 3)
+    values = fitter.fit(target, chosen + list(fitter.fixed), free, {}, 6)
     for rivals in _rivals():
         gains = {name: fitter.gain(target, free, values, name) for name in rivals if name in names}
         best = max(gains, key=lambda name: gains[name], default="")

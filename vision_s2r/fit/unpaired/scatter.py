@@ -27,12 +27,13 @@ class Scatter:
         return solve_triangular(self.root, flat.T, lower=True).T.reshape(np.shape(differences))
 
 
-def scatter(real: np.ndarray, simulated: np.ndarray, wrong: np.ndarray) -> Scatter:
+def scatter(real: np.ndarray, simulated: np.ndarray, wrong: np.ndarray, worth: float) -> Scatter:
     """From the statistics of both sets [N, K] about their own means.
 
-    `wrong` [K, K] is the covariance of what the sets' means may differ by under a perfect diagnosis; correlations
-    are shrunk towards none (Schaefer and Strimmer 2005, Stat. Appl. Genet. Mol. Biol. 4:32). What is known from few
-    pictures is widened until four deviations are as rare as they are by Student's distribution.
+    `wrong` [K, K] is the covariance of what the sets' means may differ by under a perfect diagnosis. It counts as often
+    as the comparison is `worth` pictures: averaging does not lessen it. Correlations are shrunk towards none (Schaefer
+    and Strimmer 2005, Stat. Appl. Genet. Mol. Biol. 4:32). What is known from few pictures is widened until four
+    deviations are as rare as they are by Student's distribution.
     """
     centred = np.concatenate([real - real.mean(0), simulated - simulated.mean(0)])
     freedom = len(centred) - 2
@@ -45,8 +46,7 @@ def scatter(real: np.ndarray, simulated: np.ndarray, wrong: np.ndarray) -> Scatt
     shrinkage = min(max(variance[off].sum() / max((correlation[off] ** 2).sum(), 1e-9), 0.02), 1.0)
     shrunk = np.where(off, correlation * (1 - shrinkage), 1.0)
     rare = float(stdtrit(max(freedom, 3), ndtr(_RARE))) / _RARE
-    pictures = 1 / (1 / len(real) + 1 / len(simulated))  # what is wrong in a mean counts as often as it was averaged
-    covariance = shrunk * np.outer(deviation, deviation) * rare**2 + wrong * pictures
+    covariance = shrunk * np.outer(deviation, deviation) * rare**2 + wrong * worth
     return Scatter(np.sqrt(np.diag(covariance)), np.linalg.cholesky(covariance))
 
 

@@ -1,5 +1,6 @@
 """What is fitted: the coordinates of effects, where fits start, and what is too little to matter."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -53,6 +54,11 @@ def starts(name: str, width: int) -> list[Setting]:
     """Settings from which a fit finds any other; one alone where the effect is smooth at its neutral value."""
     found = shown()[name].starts
     return [neutral(name)] if found is None else found(width)
+
+
+def cells(width: int) -> tuple[int, int]:
+    """The fewest and the most cells a row that a coarser sensor may have."""
+    return max(2, math.ceil(width / CAMERA_EFFECTS["low_resolution"].parameters[0].high)), width
 
 
 def smooth(name: str) -> bool:

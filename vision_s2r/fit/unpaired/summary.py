@@ -74,6 +74,7 @@ class PictureStatistics:
         ]
         if not self.grey:
             tone += [f"{name}/green, {part}" for part in ("darker half", "lighter half") for name in ("red", "blue")]
+            tone += [f"{name}/green, contrast" for name in ("red", "blue")]
         position = ["towards the corners", "towards the right", "towards the bottom"]
         bands = [f"{low:g}-{high:g} cycles/px" for low, high in itertools.pairwise(BANDS)]
         spectrum = bands + [f"direction of {band} ({turn})" for turn in _TURNS for band in bands[2:]]
@@ -99,6 +100,7 @@ class PictureStatistics:
             for half in ((brightness <= middle).float(), (brightness > middle).float()):
                 mean = (colours * half[:, None]).sum(2) / half.sum(1, keepdim=True).clamp(min=1) + _LEVEL
                 rows += [(mean[:, 0] / mean[:, 1]).log(), (mean[:, 2] / mean[:, 1]).log()]
+            rows += [((colours[:, k] - colours[:, 1]).std(1) + _QUIET).log() for k in (0, 2)]
         return torch.stack(rows, 1)
 
     def _position(self, luma: Tensor) -> Tensor:

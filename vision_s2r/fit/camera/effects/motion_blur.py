@@ -21,7 +21,7 @@ CAMERA_FITS.register(
         unpaired=UnpairedFit(
             chart=CHART,
             starts=lambda width: [
-                {"length": r, "angle": a} for r in (2.0, 4.5, 10.0) for a in (0.0, 45.0, 90.0, 135.0)
+                {"length": r, "angle": float(a)} for r in (2.0, 4.5, 10.0, 17.0) for a in range(0, 180, 30)
             ],
             negligible=lambda values, width: abs(values["length"]) < 0.4,
             turn=4,
