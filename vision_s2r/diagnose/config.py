@@ -1,6 +1,6 @@
 """The configuration of a diagnosis."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
@@ -88,6 +88,9 @@ class SearchConfig:
     )
 
 
+OF_PICTURES = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True)
+
+
 @dataclass
 class DiagnoseConfig:
     """Everything that `vision-s2r diagnose` reads."""
@@ -116,22 +119,11 @@ class DiagnoseConfig:
     policy: str = option("", "The row of these curves; empty: the first.")
     joint: SearchConfig = option(SearchConfig(known=True, slightest=0.004), "The search for what a joint has.")
     camera: SearchConfig = option(
-        SearchConfig(folds=2, beam=1, breadth=4, contenders=2, hidden=False, beside=True, known=True),
+        OF_PICTURES,
         "The search for what a camera has.",
     )
     unpaired: SearchConfig = option(
-        SearchConfig(
-            folds=2,
-            beam=1,
-            breadth=4,
-            contenders=2,
-            hidden=False,
-            beside=True,
-            known=True,
-            relief=0.02,
-            promising=8.0,
-            mostly=0.1,
-        ),
+        replace(OF_PICTURES, relief=0.02, promising=8.0, mostly=0.1),
         "… and where no picture of it shows a scene of the simulator's.",
     )
     contact: SearchConfig = option(

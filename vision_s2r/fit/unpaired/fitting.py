@@ -11,7 +11,18 @@ from vision_s2r.fit.gauss_newton import Damping, descend
 from vision_s2r.fit.least_squares import solved
 from vision_s2r.fit.unpaired.scatter import Scatter
 from vision_s2r.fit.unpaired.simulated import SimulatedSet
-from vision_s2r.fit.unpaired.space import cells, pack, shown, smooth, starts, stepped, steps, unpack
+from vision_s2r.fit.unpaired.space import (
+    of_whole,
+    pack,
+    shown,
+    smooth,
+    starts,
+    stepped,
+    steps,
+    to_whole,
+    unpack,
+    wholes,
+)
 
 _RULE = Damping(first=1e-3, raised=30, least=0.03, times=4, lowered=10, gain=0.02, relative_gain=1e-3, move=0.02)
 FEW = 6  # pictures that differences between cameras are taken from: scenes matter little to a difference
@@ -142,12 +153,10 @@ class UnpairedFitter:
     def _stepped(self, target: np.ndarray, free: np.ndarray, values: Values, name: str) -> dict[str, dict[str, float]]:
         """With the likeliest whole number of cells, or quality, near that of `values`."""
         width = self.optics.width
-        coarse = name == "low_resolution"
-        low, high = cells(width) if coarse else (1, 100)
+        low, high = wholes(name, width)
 
         def at(whole: int) -> dict[str, dict[str, float]]:
-            given = {"factor": width / whole} if coarse else {"quality": float(whole)}
-            return {**values, name: given}  # type: ignore[dict-item]
+            return {**values, name: of_whole(name, whole, width)}  # type: ignore[dict-item]
 
         known: dict[int, float] = {}
 
@@ -156,7 +165,7 @@ class UnpairedFitter:
                 known[whole] = self.loss(target - self.mean(at(whole)), free)
             return known[whole]
 
-        best = round(width / values[name]["factor"] if coarse else values[name]["quality"])
+        best = to_whole(name, values[name], width)
         stride = max(round(best * 0.08), 1)
         while True:
             new = min((whole for whole in (best, best - stride, best + stride) if low <= whole <= high), key=loss)

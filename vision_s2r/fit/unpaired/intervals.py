@@ -6,7 +6,7 @@ from scipy.special import stdtrit
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.unpaired.fitting import UnpairedFitter
-from vision_s2r.fit.unpaired.space import cells, chart, pack, stepped, unpack
+from vision_s2r.fit.unpaired.space import chart, of_whole, pack, stepped, to_whole, unpack, wholes
 
 _DRAWS = 500
 
@@ -66,14 +66,12 @@ def _steps(
 ) -> dict[str, tuple[float, float]]:
     """Of an effect that goes by whole numbers: those not less likely by 1.92 nats."""
     target = real.mean(0)
-    key = next(iter(values[name]))
-    width, coarse = fitter.optics.width, name == "low_resolution"
-    low, high = cells(width) if coarse else (1, 100)
-    best = round(width / values[name][key] if coarse else values[name][key])
+    width = fitter.optics.width
+    low, high = wholes(name, width)
+    best = to_whole(name, values[name], width)
 
     def loss(whole: int) -> float:
-        value = width / whole if coarse else float(whole)
-        return fitter.loss(target - fitter.mean({**values, name: {key: value}}), free)
+        return fitter.loss(target - fitter.mean({**values, name: of_whole(name, whole, width)}), free)
 
     least, ends = loss(best), []
     for sign in (-1, 1):
@@ -81,5 +79,6 @@ def _steps(
         while low <= end + sign <= high and abs(end - best) < 12 and loss(end + sign) < least + 1.92:
             end += sign
         ends.append(end + 0.5 * sign)
-    inside = sorted(width / end if coarse else end for end in ends)
-    return {key: (min(inside[0], values[name][key]), max(inside[1], values[name][key]))}
+    ((key, value),) = values[name].items()
+    inside = sorted(of_whole(name, end, width)[key] for end in ends)
+    return {key: (min(inside[0], value), max(inside[1], value))}

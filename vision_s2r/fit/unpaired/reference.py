@@ -1,7 +1,7 @@
 """A camera with every effect, fitted first: near it the scatter of the statistics is known."""
 
-from collections.abc import Collection
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -83,16 +83,17 @@ def _with_likelier_curve(
         return simulated, values
     free = np.zeros(len(target), dtype=bool)
 
-    def fitted(curve: Curve, names: Collection[str]) -> tuple[float, SimulatedSet, dict[str, dict[str, float]]]:
+    @cache
+    def fitted(curve: Curve, names: Names) -> tuple[float, SimulatedSet, dict[str, dict[str, float]]]:
         own = replace(fitter, simulated=simulated.with_curve(curve))
-        found = own.fit(target, names, free, {name: values[name] for name in names}, 10)
+        found = own.fit(target, names, free, {name: values[name] for name in sorted(names)}, 10)
         return own.loss(target - own.mean(found), free), own.simulated, found
 
-    whole = fitted("srgb", values)
-    for names in (values.keys() - {"gamma"}, values):
-        power = fitted("power", sorted(names))
-        if power[0] < min(whole[0], fitted("srgb", sorted(names))[0] - _WORTH):
-            return power[1], power[2]
+    whole = frozenset(values)
+    for names in (whole - {"gamma"}, whole):
+        loss, power, found = fitted("power", names)
+        if loss < min(fitted("srgb", whole)[0], fitted("srgb", names)[0] - _WORTH):
+            return power, found
     return simulated, values
 
 

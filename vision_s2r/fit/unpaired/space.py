@@ -56,9 +56,21 @@ def starts(name: str, width: int) -> list[Setting]:
     return [neutral(name)] if found is None else found(width)
 
 
-def cells(width: int) -> tuple[int, int]:
-    """The fewest and the most cells a row that a coarser sensor may have."""
-    return max(2, math.ceil(width / CAMERA_EFFECTS["low_resolution"].parameters[0].high)), width
+def wholes(name: str, width: int) -> tuple[int, int]:
+    """The least and the most of an effect that goes by whole numbers: cells a row, or a quality."""
+    if name == "low_resolution":
+        return max(2, math.ceil(width / CAMERA_EFFECTS[name].parameter("factor").high)), width
+    return 1, 100
+
+
+def to_whole(name: str, values: EffectValues, width: int) -> int:
+    """The whole number of an effect that goes by them."""
+    return round(width / values["factor"] if name == "low_resolution" else values["quality"])
+
+
+def of_whole(name: str, whole: float, width: int) -> dict[str, float]:
+    """The inverse of `to_whole`, for halves too."""
+    return {"factor": width / whole} if name == "low_resolution" else {"quality": float(whole)}
 
 
 def smooth(name: str) -> bool:

@@ -176,7 +176,8 @@ def _confusable(index: int, split: str, rng: np.random.Generator) -> Drawn:
     truth = _grown(setting, CameraTruth(), name, rng, (3 * MILD, SEVERE_NOISE))
     for look in rng.permutation(list(LOOKS)):
         pictures = itertools.islice(LOOKS[str(look)](replace(setting.geometry, scale=FINE).shape, rng), PAIRS)
-        hiding = setting_of(np.stack(list(pictures)), replace(setting.form, content="photo"), setting)
+        form = replace(setting.form, content="photo")
+        hiding = setting_of(np.stack(list(pictures)), form, setting.geometry, setting.sensor)
         _check_margin(hiding, truth)
         if _hidden(hiding, truth, name, rng):
             return hiding, truth, Answer("confusable", truth.values)
@@ -272,8 +273,7 @@ def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Genera
         canvas = (canvas @ np.array([0.299, 0.587, 0.114]))[..., None]
     if sensor.linear:
         canvas = to_linear(canvas)
-    empty = np.zeros((len(canvas), geometry.height, geometry.width), np.uint8)
-    setting = setting_of(canvas, form, CameraSetting(form, geometry, sensor, canvas, empty, empty))
+    setting = setting_of(canvas, form, geometry, sensor)
     return replace(setting, labels=np.stack([fine.crop(each[None])[0, ::FINE, ::FINE] for each in labels]))
 
 
@@ -288,13 +288,12 @@ def scenes(form: Form, fine: Geometry, rng: np.random.Generator) -> tuple[Array,
     return np.stack([picture for picture, _ in drawn]), np.stack([labels for _, labels in drawn])
 
 
-def setting_of(canvas: Array, form: Form, like: CameraSetting) -> CameraSetting:
-    """The camera of another setting before scenes [N, h, w, C] of FINE samples a pixel."""
-    geometry, bits = like.geometry, like.sensor.bits
-    full = 2**bits - 1
+def setting_of(canvas: Array, form: Form, geometry: Geometry, sensor: Sensor) -> CameraSetting:
+    """A camera before scenes [N, h, w, C] of FINE samples a pixel, which nobody has labelled."""
     if geometry.scale == 1:  # the simulator's own picture, rendered wider
-        canvas = quantize(binned(canvas, FINE), bits) / full
-    return replace(like, form=form, canvas=canvas, sim=quantize(geometry.expose(canvas), bits))
+        canvas = quantize(binned(canvas, FINE), sensor.bits) / (2**sensor.bits - 1)
+    labels = np.zeros((len(canvas), geometry.height, geometry.width), np.uint8)
+    return CameraSetting(form, geometry, sensor, canvas, quantize(geometry.expose(canvas), sensor.bits), labels)
 
 
 # -- strengths ---------------------------------------------------------------------------------------------------------

@@ -11,7 +11,6 @@ import yaml
 from vision_s2r.gapbench.generate.camera import (
     FINE,
     MARGIN,
-    CameraSetting,
     Form,
     scenes,
     setting_of,
@@ -58,8 +57,8 @@ def continued(folder: Path, out: Path, answer: dict[str, Any], canvas: Array, rn
     """A recording of a camera once more, with pictures of these scenes [N, h, w, 3] behind those that it has."""
     notes = answer["notes"]
     sensor = Sensor(sigma=notes["noise"] / 255, **{key: notes[key] for key in _OF_SENSOR})
-    geometry, empty = _geometry(folder, FINE if notes["fine"] else 1), np.zeros((0, 0, 0))
-    setting = setting_of(canvas, Form(), CameraSetting(Form(), geometry, sensor, canvas, empty, empty))
+    geometry = _geometry(folder, FINE if notes["fine"] else 1)
+    setting = setting_of(canvas, Form(), geometry, sensor)
     raw = expose(setting.canvas, notes["values"], geometry, sensor, rng)
     as_jpeg = next((folder / "real").iterdir()).suffix == ".jpg"
     real = raw if as_jpeg else compress(raw, notes["values"], sensor)

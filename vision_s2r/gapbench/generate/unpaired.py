@@ -42,9 +42,12 @@ EFFECTS = (  # that statistics of two sets can show
     *("defocus_blur", "motion_blur", "low_resolution", "jpeg_compression", "read_noise", "shot_noise"),
     *("vignetting", "uneven_illumination", "exposure", "gamma", "white_balance"),
 )
-_SINGLE = tuple((name,) for name in EFFECTS)
 _PAIRS = tuple(itertools.combinations(EFFECTS, 2))
 _STRIDE = 27  # through the pairs, coprime to their number, so that each effect comes soon
+_IN_TURN = {
+    "single": tuple((name,) for name in EFFECTS),
+    "pair": tuple(_PAIRS[k * _STRIDE % len(_PAIRS)] for k in range(len(_PAIRS))),
+}
 _LEAST, _LEAST_UNKNOWN = 4.0, 6.0  # grey levels
 _PROBE = 25  # scenes by which strengths are found
 _SHOWS = 5.0  # standard errors
@@ -61,8 +64,8 @@ class PicturedPlace:
 
     def draw(self, count: int, geometry: Geometry, rng: np.random.Generator) -> Array:
         """Pictures [count, h, w, 3] of a finely sampled canvas."""
-        one = lambda: camera_scenes.draw(self.scene, self.look, geometry.shape, geometry.fx * geometry.scale, rng)[0]  # noqa: E731
-        return np.stack([one() for _ in range(count)])
+        given = (self.scene, self.look, geometry.shape, geometry.fx * geometry.scale, rng)
+        return np.stack([camera_scenes.draw(*given)[0] for _ in range(count)])
 
 
 # -- contents that differ: (what a table's pictures share, rng) -> the same of what the real camera saw ---------------
@@ -119,9 +122,8 @@ def _machine(case: str, index: int, split: str, rng: np.random.Generator) -> Gen
     names: tuple[str, ...] = ()
     said: dict[str, str] = {}
     turn = 1
-    if case in ("single", "pair"):
-        sets = _SINGLE if case == "single" else _PAIRS
-        names, turn = sets[index * (1 if case == "single" else _STRIDE) % len(sets)], len(sets)
+    if case in _IN_TURN:
+        names, turn = _IN_TURN[case][index % len(_IN_TURN[case])], len(_IN_TURN[case])
         truth = with_effects(probe, names, rng, _LEAST)
     elif case == "unknown":
         kinds = SHOWN_BY_SETS[split]
@@ -192,9 +194,7 @@ def _seen(
     place: PicturedPlace, count: int, form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Generator
 ) -> CameraSetting:
     """That many scenes of a place before a camera."""
-    canvas = place.draw(count, replace(geometry, scale=FINE), rng)
-    empty = np.zeros((count, geometry.height, geometry.width), np.uint8)
-    return setting_of(canvas, form, CameraSetting(form, geometry, sensor, canvas, empty, empty))
+    return setting_of(place.draw(count, replace(geometry, scale=FINE), rng), form, geometry, sensor)
 
 
 @dataclass(frozen=True)
