@@ -4,8 +4,7 @@ Moreau's midpoint scheme: half a step of free motion, the forces and impulses th
 A step in which another point would reach the support is cut there, the impact is taken, and the rest follows: when and
 where a body hits depends smoothly on everything.
 
-Lanes step together, each at a time of its own: one may fly a whole sample while another takes an impact. A lane whose
-body is done is given the next.
+Lanes step together, each at a time of its own: one may fly a whole sample while another takes an impact.
 """
 
 import math
@@ -21,13 +20,13 @@ from vision_s2r.contact.machine import COLUMNS, ContactMachine
 from vision_s2r.contact.points import Body, lowest_of
 from vision_s2r.contact.room import (
     END,
-    FRESH,
     GRAVITY,
     PIECES,
     ROUNDING,
     SAMPLE,
     START,
     START_TIME,
+    TAKEN,
     ConvexSolid,
     Room,
     give,
@@ -86,38 +85,35 @@ class Clock(NamedTuple):
 @compiled
 def run(
     machines: np.ndarray, solid: ConvexSolid, of_shape: np.ndarray, inward: np.ndarray, first: np.ndarray,
-    starts: np.ndarray, clock: Clock, terms: np.ndarray, share: int, shares: int, flat: Room, jobs: np.ndarray,
+    starts: np.ndarray, order: np.ndarray, clock: Clock, terms: np.ndarray, share: int, shares: int, flat: Room,
     out: np.ndarray,
 ) -> None:  # fmt: skip
     """Motions of machines [C, P] from first states [W, 13] into out [C, W, T, 13], from the second sample on.
 
-    Of all of them every `shares`-th. jobs [LANES] is where lanes keep which is theirs.
+    Of every `shares` lots of bodies one. Those of a lot begin together, and are the same motion under one machine after
+    the other, then the next in `order` [W]: alike, they fly and hit at the same times, and hardly wait for each other.
     """
     room = Room(
         in_lanes(flat.machine), in_lanes(flat.coefficients), in_lanes(flat.given), in_lanes(flat.corners),
         in_lanes(flat.points), in_lanes(flat.touch), in_lanes(flat.shown),
     )  # fmt: skip
-    windows, job, end = len(first), share, len(machines) * len(first)
-    lot, progress = _lot(solid, room, clock), _nothing()
-    while True:
-        if job < end and any_of(~progress.alive):
-            for lane in range(LANES):
-                if job < end and not bits(progress.alive) >> lane & 1:
-                    c, w = divmod(job, windows)
-                    give(flat, lane, machines[c], first[w], starts[w], clock.longest, solid, of_shape, inward)
-                    jobs[lane] = job
-                    job += shares
-            lot = _lot(solid, room, clock)
-            progress = _begun(lot, room, progress, clock)
-        if not any_of(progress.alive):
-            break
-        progress, done = _tried(lot, room, flat, terms, progress, clock)
-        if any_of(done):
-            progress, rests = _arrived(lot, room, progress, done, terms[3, 2] > 0, clock)
-            for lane in range(LANES):
-                if bits(done) >> lane & 1:
-                    c, w = divmod(jobs[lane], windows)
-                    write(flat, lane, bits(rests) >> lane & 1 == 1, out[c, w])
+    end = len(machines) * len(first)
+    for begin in range(share * LANES, end, shares * LANES):
+        for lane in range(LANES):
+            flat.given[TAKEN, lane] = 0.0
+            if begin + lane < end:
+                c, w = (begin + lane) % len(machines), order[(begin + lane) // len(machines)]
+                give(flat, lane, machines[c], first[w], starts[w], clock.longest, solid, of_shape, inward)
+        lot = _lot(solid, room, clock)
+        progress = _begun(lot, room, clock)
+        while any_of(progress.alive):
+            progress, done = _tried(lot, room, flat, terms, progress, clock)
+            if any_of(done):
+                progress, rests = _arrived(lot, room, progress, done, terms[3, 2] > 0, clock)
+                for lane in range(LANES):
+                    if bits(done) >> lane & 1:
+                        c, w = (begin + lane) % len(machines), order[(begin + lane) // len(machines)]
+                        write(flat, lane, bits(rests) >> lane & 1 == 1, out[c, w])
 
 
 @compiled
@@ -134,33 +130,12 @@ def _lot(solid: ConvexSolid, room: Room, clock: Clock) -> Lot:
 
 
 @compiled
-def _nothing() -> Course:
-    """No lane has a body."""
-    none, zero = everywhere(False), everywhere(0.0)
-    vector = (zero, zero, zero)
-    return Course(none, (vector, (zero, zero, zero, zero), vector, vector), zero, zero, zero, zero, none, zero, none)
-
-
-@compiled
-def _begun(lot: Lot, room: Room, p: Course, clock: Clock) -> Course:
-    """Where a body has just been given, it is at its first state."""
-    fresh = room.given[FRESH] > 0
-    room.given[FRESH] = everywhere(0.0)
-    state = where(fresh, _read(lot.body, room.given), p.state)
-    lowest = measure(lot.body, room, state[0], matrix(state[1]), END)
-    for k in range(len(room.points)):
-        room.points[k, START] = where(fresh, room.points[k, END], room.points[k, START])
-    return Course(
-        p.alive | fresh,
-        state,
-        where(fresh, lowest, p.lowest),
-        where(fresh, 0.0, p.sample),
-        where(fresh, clock.sample_time, p.left),
-        where(fresh, math.inf, p.cut),
-        p.impact & ~fresh,
-        where(fresh, 0.0, p.events),
-        p.still & ~fresh,
-    )
+def _begun(lot: Lot, room: Room, clock: Clock) -> Course:
+    """Bodies at their first states."""
+    state, nowhere, zero = _read(lot.body, room.given), everywhere(False), everywhere(0.0)
+    lowest = measure(lot.body, room, state[0], matrix(state[1]), START)
+    left, uncut = everywhere(clock.sample_time), everywhere(math.inf)
+    return Course(room.given[TAKEN] > 0, state, lowest, zero, left, uncut, nowhere, zero, nowhere)
 
 
 @compiled

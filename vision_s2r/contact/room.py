@@ -15,7 +15,7 @@ STATE = 13  # position, attitude (x, y, z, w), velocity, spin
 
 # Rows of `given`: the first state of a lane's body, then
 START_TIME = 13  # s since the episode began
-FRESH = 14  # 1 where the body has just been given, until it is looked at
+TAKEN = 14  # 1 where the lane has a body
 ROUNDING = 15  # m, of its points
 PIECES = 16  # into which a step near the support is divided
 GRAVITY = 17  # x, y and z
@@ -124,7 +124,7 @@ def give(
         flat.coefficients[k, lane] = machine[_WIDTH + k]
     for k in range(STATE):
         flat.given[k, lane] = first[k]
-    flat.given[START_TIME, lane], flat.given[FRESH, lane] = start, 1.0
+    flat.given[START_TIME, lane], flat.given[TAKEN, lane] = start, 1.0
     rounding = min(machine[_RADIUS], MOST_ROUND * solid.depth)
     flat.given[ROUNDING, lane] = solid.radius + rounding
     flat.given[PIECES, lane] = pieces(machine[_STIFFNESS], machine[_MASS], step)

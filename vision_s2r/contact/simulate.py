@@ -75,14 +75,14 @@ def simulate(
         shape.inertia.ravel(),
         shape.inverse.ravel(),
     )
-    inputs = (first, starts, float(sample_time), steps, table)
+    order = np.argsort(first[:, 2], kind="stable")  # by height: about by when they hit
+    inputs = (first, starts, order, float(sample_time), steps, table)
     out[:, :, 0] = first
     if samples == 1:
         return out
 
     def share(k: int) -> None:
-        given = np.zeros(LANES, np.int64)
-        _kernel(machines, corners, inward, *solid, *inputs, k, threads, *rooms_of(shape.contacts, width), given, out)
+        _kernel(machines, corners, inward, *solid, *inputs, k, threads, *rooms_of(shape.contacts, width), out)
 
     if threads == 1:
         share(0)
@@ -129,6 +129,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         inverse: np.ndarray,
         first: np.ndarray,
         starts: np.ndarray,
+        order: np.ndarray,
         sample_time: float,
         substeps: int,
         terms: np.ndarray,
@@ -141,7 +142,6 @@ def _compile(sources: str) -> Callable[..., Any]:
         points: np.ndarray,
         touch: np.ndarray,
         shown: np.ndarray,
-        jobs: np.ndarray,
         out: np.ndarray,
     ) -> None:
         sources  # noqa: B018
@@ -150,7 +150,7 @@ def _compile(sources: str) -> Callable[..., Any]:
         solid = ConvexSolid(rims, radius, depth, isotropic, reach, *tensors)
         clock = Clock(sample_time, sample_time / substeps, out.shape[2] - 1)
         flat = Room(machine, coefficients, given, corners, points, touch, shown)
-        run(machines, solid, of_shape, inward, first, starts, clock, terms, share, shares, flat, jobs, out)
+        run(machines, solid, of_shape, inward, first, starts, order, clock, terms, share, shares, flat, out)
 
     return kernel
 
