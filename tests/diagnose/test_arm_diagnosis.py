@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from recordings import an_arm, played
 
-from vision_s2r.diagnose.arm import _likely, diagnose_arm
-from vision_s2r.diagnose.arm_report import _Errors, commands
+from vision_s2r.diagnose.arm import _likely, _settle, diagnose_arm
+from vision_s2r.diagnose.arm_report import _Errors, commands, report
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
@@ -186,3 +186,16 @@ def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
 def test_a_joints_gap_is_closed_where_next_to_nothing_is_left_and_that_near_the_noise(before, after, closed):
     squares = [np.full((3, 1), each) for each in (before, before, after, 1.0)]
     assert _Errors(*squares, tip=None, seed=0).closed(0, adequate=0.1) is closed
+
+
+def test_a_gap_that_refitted_values_close_without_a_name_is_not_called_none():
+    runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}))
+    settled = _settle(runs, QUICK, 1)
+    found = settled.parts["elbow"]
+    nameless = found.to_dict() | {"verdict": "unexplained", "effects": []}
+    kept = {name: getattr(found, name) for name in ("recording", "experiment", "case", "settled")}
+    parts = settled.parts | {"elbow": type(found).of(nameless, **kept)}
+    said = report(runs, replace(settled, parts=parts), QUICK)
+    assert said["gap"]["after"] < 0.1 * said["gap"]["before"]
+    assert said["joints"]["elbow"]["verdict"] == said["verdict"] == "unexplained"
+    assert said["joints"]["shoulder"]["verdict"] == "no_gap"

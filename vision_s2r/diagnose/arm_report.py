@@ -1,7 +1,7 @@
 """What the report of an arm says: what its joints' own reports do, in the terms of the whole arm's free run."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -128,7 +128,9 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     recording, held = runs.recording, held_out(runs.recording, settled)
     errors = _errors(runs, settled, held, cfg.seed)
     parts = {name: part.to_dict() for name, part in settled.parts.items()}
-    told = _told(settled, parts, errors, cfg)
+    unexplained = [name for name, part in settled.parts.items() if part.verdict in OPEN]
+    open_gaps = [name for name in unexplained if _has_gap(runs, settled, errors, name, held, cfg)]
+    told = _told(settled, parts, errors, open_gaps, cfg)
     gap = errors.gap(slice(None))
     closed = _closed_by_whole(runs, settled, held)
     told.effects.extend(_of_whole(each, gap.share(closed[each.name])) for each in settled.whole)
@@ -186,7 +188,14 @@ class _Told:
     verdicts: dict[str, str] = field(default_factory=dict)  # by joint
 
 
-def _told(settled: SettledArm, parts: Mapping[str, Mapping[str, Any]], errors: _Errors, cfg: DiagnoseConfig) -> _Told:
+def _told(
+    settled: SettledArm,
+    parts: Mapping[str, Mapping[str, Any]],
+    errors: _Errors,
+    open_gaps: Collection[str],
+    cfg: DiagnoseConfig,
+) -> _Told:
+    """`open_gaps`: joints that are not explained, and have a gap without what was refitted for them."""
     told = _Told()
     for j, (name, part) in enumerate(parts.items()):
         slight, named = [], []
@@ -198,7 +207,8 @@ def _told(settled: SettledArm, parts: Mapping[str, Mapping[str, Any]], errors: _
             else:
                 named.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
         told.effects.extend(named)
-        told.verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), errors.closed(j, cfg.joint.adequate))
+        closed = errors.closed(j, cfg.joint.adequate) and (bool(named) or name not in open_gaps)
+        told.verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), closed)
         values = (*part.get("refitted", []), *map(_value, slight))
         told.refitted.extend(_of_joint(settled, name, each) for each in values)
         undecided = {effect["name"] for effect in slight} | gone
@@ -241,6 +251,16 @@ def _errors(runs: FreeRuns, settled: SettledArm, held_out: Mapping[str, Any], se
     if tip is not None:
         tip["shares"] = tip_shares(recording, settled.found, seed)
     return _Errors(one, two, three, floor, tip, seed)
+
+
+def _has_gap(
+    runs: FreeRuns, settled: SettledArm, errors: _Errors, joint: str, held_out: Mapping[str, Any], cfg: DiagnoseConfig
+) -> bool:
+    """Whether a joint has a gap of its own, which a free run without what was refitted for it shows."""
+    recording = runs.recording
+    others = {name: part.settled.simulator.hypothesis.values for name, part in settled.parts.items() if name != joint}
+    left = by_stretch(recording, gap_errors(recording, runs.states(settled.of_arm(others))), held_out)
+    return not replace(errors, after=left).closed(list(recording.joints).index(joint), cfg.joint.adequate)
 
 
 def _of_joint(settled: SettledArm, joint: str, effect: Mapping[str, Any]) -> dict[str, Any]:
