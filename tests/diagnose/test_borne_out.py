@@ -31,5 +31,18 @@ def test_a_tip_that_is_a_hair_further_off_costs_no_joint_its_name(worse, goes, m
         return borne_out._StretchErrors({"wrist": joint * alike}, tip * alike)
 
     monkeypatch.setattr(borne_out, "_errors", errors)
-    gone = idle(None, {}, ["wrist.viscous_damping"], {"wrist": 1e-9}, seed=0)
+    gone = idle(None, {"folds": [{}]}, ["wrist.viscous_damping"], {"wrist": 1e-9}, seed=0)
     assert bool(gone) == goes
+
+
+def test_what_makes_the_arm_run_away_goes_though_it_has_no_name(monkeypatch):
+    """A joint is divided in two halves, of which one may be lighter than the bodies that it carries."""
+
+    def errors(runs, held_out, gone):
+        left = np.full(20, 4e-8 if "elbow.compliance" in gone else np.nan)
+        return borne_out._StretchErrors({"elbow": left if "elbow.latency" not in gone else 10 * left}, None)
+
+    monkeypatch.setattr(borne_out, "_errors", errors)
+    fold = {name: {} for name in ("elbow.compliance", "elbow.latency", "wrist.compliance")}
+    gone = idle(None, {"folds": [fold]}, ["elbow.latency"], {"elbow": 1e-9}, seed=0)
+    assert gone == {"elbow.compliance"}

@@ -6,10 +6,12 @@ free run knows nothing but commands, and stretches that no fit has seen tell.
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
+from vision_s2r.fit.arm.drives import TWO_MASSES
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, gap_errors, tip_errors
 from vision_s2r.statistics import interval
 
@@ -31,9 +33,9 @@ def idle(
 
     Such a name does not lower its joint's held-out mean squared error by `least` (rad² or m², by joint), its interval
     above zero; or it makes that of the tip larger, by more than its interval and a hundredth. The one that brings least
-    goes first.
+    goes first. Named or not, what makes the arm run away goes before.
     """
-    gone: frozenset[str] = frozenset()
+    gone = _running_away(runs, held_out)
     while True:
         now = _errors(runs, held_out, gone)
         gains: dict[str, float] = {}
@@ -46,6 +48,20 @@ def idle(
         if not gains:
             return gone
         gone |= {min(gains, key=lambda name: gains[name])}
+
+
+def _running_away(runs: FreeRuns, held_out: Mapping[str, Any]) -> frozenset[str]:
+    """Effects with which the arm has no motion: none, or those of joints in two halves, the fewest.
+
+    Where a half is less than a joint's bodies have, all joints together may have no positive inertia.
+    """
+    keys = {key for fold in held_out["folds"] for key in fold}
+    halves = sorted(key for key in keys if key.rpartition(".")[2] in TWO_MASSES)
+    for count in range(len(halves) + 1):
+        for gone in map(frozenset, combinations(halves, count)):
+            if all(np.isfinite(errors).all() for errors in _errors(runs, held_out, gone).joints.values()):
+                return gone
+    return frozenset(halves)
 
 
 def _errors(runs: FreeRuns, held_out: Mapping[str, Any], gone: frozenset[str]) -> _StretchErrors:
