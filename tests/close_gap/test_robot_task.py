@@ -14,6 +14,7 @@ from vision_s2r.recording import read, write
 from vision_s2r.report.robot import html
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.drives import NOMINAL, Drives, Tuning
+from vision_s2r.scene.machine import Machine
 
 WAITING, GOAL = np.array([-1.4, 2.0, 0.07, 0.2]), np.array([-1.0, 1.5, 0.1, 0.3])
 STEP = SceneConfig().physics.time_step
@@ -88,6 +89,17 @@ def test_the_blindly_drawn_cover_what_is_withheld():
             assert min(values) < ends[0] and max(values) > 0.9 * ends[1]
 
 
+def test_of_a_robot_that_one_source_leads_the_other_effects_are_small():
+    robot = withheld.drawn(np.random.default_rng(3))
+    led = withheld.led(robot, "drives", SceneConfig())
+    assert led.keys == robot.keys and led.drives == robot.drives
+    friction = robot.contact["lateral_friction"]["value"]
+    assert led.contact["lateral_friction"]["value"] == pytest.approx(0.7 + 0.2 * (friction - 0.7))
+    assert all(led.parts["camera"][name] != values for name, values in robot.parts["camera"].items())
+    camera = withheld.led(robot, "camera", SceneConfig())
+    assert camera.parts["camera"] == robot.parts["camera"] and camera.drives != robot.drives
+
+
 def test_recovered_is_the_share_of_what_the_truth_wins():
     came = np.zeros((2, 50))
     truth, half = came.copy(), came.copy()
@@ -116,11 +128,12 @@ def test_a_robot_on_which_nothing_wins_says_nothing_of_what_to_mend_first():
         losses = {"sources": [{"source": name, "gained": each} for name, each in gained.items()]}
         believed = {"sources": [{"source": name, "gained": float(name == said)} for name in gained]}
         report = {"verdict": "explained", "effects": [], "task": {"losses": believed}}
-        return Closed(withheld.Withheld("robot", Path("robot"), None), report, None, losses, outcomes, {})
+        return Closed(withheld.Withheld("robot", Path("robot"), None), report, Machine(), losses, outcomes, {})
 
     tie = robot("camera", camera=0.0, drives=-0.1)
     found = summary([tie, robot("drives", camera=0.0, drives=0.3), robot("camera", camera=0.1, drives=0.3)], 0)
-    assert found["named_first"]["value"] == 0.5 and found["named_first"]["robots"] == 2
+    assert found["named_first"]["value"] == 0.5 and found["named_first"]["robots"] == {"drives": 2}
+    assert list(said(found))[-1] == "what to mend first is right on 50 % of the robots: drives 1 of 2"
     assert summary([tie], 0)["named_first"] is None
 
 

@@ -9,6 +9,7 @@ from vision_s2r.config import Config
 from vision_s2r.options import option
 
 SOURCES = ("camera", "drives", "contact")
+ROWS = ("everything", "diagnosed", "posterior", "true_effects")
 
 
 @dataclass
@@ -20,6 +21,18 @@ class CloseGapConfig:
     )
     sources: list[str] = option(
         list(SOURCES), "Of their effects, and of what is recorded of them.", choices=SOURCES, unique=True
+    )
+    leading: bool = option(
+        False,
+        "One source of these after the other leads: the effects of the others are a fifth of their size, so "
+        "that which one costs most is another from robot to robot.",
+    )
+    rows: list[str] = option(
+        list(ROWS),
+        "What is trained beside the simulator as it came. [] : nothing; the report still says what the robot's effects "
+        "cost, and what to mend first.",
+        choices=ROWS,
+        unique=True,
     )
     frames: int = option(16, "Pairs of pictures in the recording of each of them.", low=4)
     tosses: int = option(16, "Tosses of an object onto the fingers' material in the recording of each.", low=4)

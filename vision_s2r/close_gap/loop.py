@@ -49,11 +49,13 @@ def close_gap(cfg: CloseGapStudyConfig) -> Path:
     start = cfg.close_gap.translator or str(training.as_it_came(cfg, out / "as_it_came"))
     came = Way(start, cfg.close_gap.policy)
     task = Task(cfg, cfg.close_gap.scenes, out / "outcomes")
-    everything = blind(preset(cfg.close_gap.everything, "close_gap.everything"), cfg.close_gap.draws, cfg.seed)
-    wide = _way(cfg, everything, start, out / "everything")
+    ways = {"as_it_came": came}
+    if "everything" in cfg.close_gap.rows:
+        everything = blind(preset(cfg.close_gap.everything, "close_gap.everything"), cfg.close_gap.draws, cfg.seed)
+        ways["everything"] = _way(cfg, everything, start, out / "everything")
     closed = []
     for robot in robots:
-        closed.append(_closed(cfg, robot, came, wide, task, out))
+        closed.append(_closed(cfg, robot, ways, task, out))
         _save(cfg, closed, out)
     return out / SUMMARY
 
@@ -71,7 +73,8 @@ def _withheld(cfg: CloseGapStudyConfig, out: Path) -> list[Withheld]:
     return withhold(Views.open(cfg.data.validation.out), cfg.scene, cfg.close_gap, cfg.seed, out)
 
 
-def _closed(cfg: CloseGapStudyConfig, robot: Withheld, came: Way, wide: Way, task: Task, out: Path) -> Closed:
+def _closed(cfg: CloseGapStudyConfig, robot: Withheld, ways: Mapping[str, Way], task: Task, out: Path) -> Closed:
+    """`ways`: those that are the same for every robot."""
     folder = out / robot.name
     began = monotonic()
     report_path = _diagnosis(cfg, robot, folder)
@@ -82,14 +85,15 @@ def _closed(cfg: CloseGapStudyConfig, robot: Withheld, came: Way, wide: Way, tas
     beliefs = {"diagnosed": known(named), "posterior": posterior(report, cfg.close_gap.draws, cfg.seed)}
     if truth is not None:
         beliefs["true_effects"] = known(truth)
-    ways = {"as_it_came": came, "everything": wide}
-    ways |= {row: _way(cfg, belief, came.translator, folder / row) for row, belief in beliefs.items()}
+    came = ways["as_it_came"]
+    rows = [row for row in beliefs if row in cfg.close_gap.rows]
+    ways = {**ways, **{row: _way(cfg, beliefs[row], came.translator, folder / row) for row in rows}}
     real = truth or named
     outcomes = {row: task.success(way, real) for row, way in ways.items()}
     lost = losses(task, came, real, cfg.seed)
     report = _tell(report_path, losses(task, came, named, cfg.seed), outcomes)
     costs = {row: _cost(cfg, folder.parent / row if row == "everything" else folder / row) for row in ways}
-    for row in ("diagnosed", "posterior"):
+    for row in costs.keys() & {"diagnosed", "posterior"}:
         costs[row] = _diagnosis_cost(costs[row], folder, minutes)
     log.info("%s: %s, %s", robot.name, report["verdict"], report_path.with_suffix(".html"))
     return Closed(robot, report, truth, lost, outcomes, costs)

@@ -1,5 +1,6 @@
 """What closing the loop won, over all robots together."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import partial
@@ -46,10 +47,12 @@ def summary(closed: Sequence[Closed], seed: int) -> dict[str, Any]:
     content["over_as_it_came"] = {
         row: _difference(held[row], held["as_it_came"], seed) for row in rows if row != "as_it_came"
     }
-    content["diagnosed_over_everything"] = _difference(held["diagnosed"], held["everything"], seed)
-    if "true_effects" in rows:
+    if {"diagnosed", "everything"} <= held.keys():
+        content["diagnosed_over_everything"] = _difference(held["diagnosed"], held["everything"], seed)
+    if {"diagnosed", "true_effects"} <= held.keys():
         won = content["over_as_it_came"]["true_effects"]["low"] > 0  # else its share is one of what may be nothing
         content["recovered"] = recovered(held, seed) if won else None
+    if all(one.truth is not None for one in closed):
         content["named_first"] = _named_first(closed)
     return content
 
@@ -105,6 +108,9 @@ def said(content: Mapping[str, Any]) -> Iterator[str]:
             "what part of it the diagnosis recovers these grasps do not say: "
             "the true effects win {:+.0f} points ({:+.0f} to {:+.0f})".format(*points)
         )
+    if first := content.get("named_first"):
+        by_source = (f"{source} {first['right'][source]} of {count}" for source, count in first["robots"].items())
+        yield f"what to mend first is right on {100 * first['value']:.0f} % of the robots: {', '.join(by_source)}"
 
 
 def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
@@ -119,14 +125,20 @@ def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
     return {"value": float(part(np.ones((1, len(won))))[0]), "low": low, "high": high}
 
 
-def _named_first(closed: Sequence[Closed]) -> dict[str, float] | None:
+def _named_first(closed: Sequence[Closed]) -> dict[str, Any] | None:
     """On how many robots the source that is said to be mended first is the one whose removal wins most.
 
-    Of those on which some removal wins anything; None where there is none.
+    Of those on which some removal wins anything; None where there is none. `robots` and `right` count by source.
     """
     asked = [one for one in closed if any(source["gained"] > 0 for source in one.losses["sources"])]
-    right = sum("task" in one.report and _first(one.report["task"]["losses"]) == _first(one.losses) for one in asked)
-    return asdict(wilson(right, len(asked))) | {"robots": len(asked)} if asked else None
+    first = Counter(_first(one.losses) for one in asked)
+    right = Counter(
+        _first(one.losses)
+        for one in asked
+        if "task" in one.report and _first(one.report["task"]["losses"]) == _first(one.losses)
+    )
+    counts = {"robots": dict(first), "right": {source: right[source] for source in first}}
+    return asdict(wilson(right.total(), len(asked))) | counts if asked else None
 
 
 def _first(losses: dict[str, Any]) -> str:

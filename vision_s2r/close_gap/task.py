@@ -23,7 +23,7 @@ from vision_s2r.evaluate.scenes import Scenes
 from vision_s2r.pipeline import test_scene
 from vision_s2r.scene import attempt
 from vision_s2r.scene.drives import Tuning
-from vision_s2r.scene.machine import Key, Machine
+from vision_s2r.scene.machine import Key, Machine, source_of
 from vision_s2r.statistics import interval, shapley
 
 SOURCES = ("appearance", "camera", "drives", "contact")
@@ -116,11 +116,6 @@ def losses(task: Task, way: Way, robot: Machine, seed: int) -> dict[str, Any]:
             for part, name in robot.keys
         ],
     }
-
-
-def source_of(key: Key) -> str:
-    """Of an effect's (part, name)."""
-    return key[0] if key[0] in SOURCES else "drives"
 
 
 def _estimate(name: str, values: np.ndarray, seed: int) -> dict[str, Any]:

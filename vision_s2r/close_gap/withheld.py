@@ -21,7 +21,7 @@ from vision_s2r.recording.header import FORMAT
 from vision_s2r.render import Views
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.drives import NOMINAL
-from vision_s2r.scene.machine import Machine
+from vision_s2r.scene.machine import Machine, registry_of, source_of
 
 CAMERA_EFFECTS = 2  # of each robot
 DRIVE_EFFECTS = 2  # likewise, of different drives
@@ -53,6 +53,7 @@ DRIVES: Mapping[str, Mapping[str, tuple[str, tuple[float, float]]]] = {
     "wrist": {"coulomb_friction": ("value", (0.6, 1.4))},
 }
 FRICTION = (0.2, 0.35)  # between objects and fingers
+SMALL = 0.2  # of their size, that effects have of sources which do not lead
 FIELDS = ("coulomb_friction", "viscous_damping")  # of one value, by the benchmark's drive's names
 STEP, SAMPLE = 1e-4, 0.01  # s, of the integrator and of rows
 EPISODES, SECONDS = 6, 4.0
@@ -81,13 +82,19 @@ def withhold(views: Views, scene: SceneConfig, cfg: CloseGapConfig, seed: int, o
             f"validation views have source pictures of {views.source_size} px and canonical ones of {views.size}: "
             "expected one size to diagnose cameras on (data.validation.source_scale=1)"
         )
-    return [
-        _robot(views, scene, cfg, np.random.default_rng([seed, k]), out / f"robot-{k}") for k in range(cfg.withheld)
-    ]
+    robots = []
+    for k in range(cfg.withheld):
+        rng = np.random.default_rng([seed, k])
+        robot = drawn(rng, cfg.sources)
+        if cfg.leading:
+            robot = led(robot, cfg.sources[k % len(cfg.sources)], scene)
+        robots.append(_recorded(views, scene, cfg, robot, rng, out / f"robot-{k}"))
+    return robots
 
 
-def _robot(views: Views, scene: SceneConfig, cfg: CloseGapConfig, rng: np.random.Generator, folder: Path) -> Withheld:
-    robot = drawn(rng, cfg.sources)
+def _recorded(
+    views: Views, scene: SceneConfig, cfg: CloseGapConfig, robot: Machine, rng: np.random.Generator, folder: Path
+) -> Withheld:
     recording, truth = folder / "recording", folder / "truth.yaml"
     if not truth.exists():
         shutil.rmtree(recording, ignore_errors=True)
@@ -122,6 +129,32 @@ def drawn(rng: np.random.Generator, sources: Sequence[str] = SOURCES) -> Machine
     contact = {"lateral_friction": {"value": float(rng.uniform(*FRICTION))}}
     of = {"camera": {"camera": camera}, "drives": drives, "contact": {"contact": contact}}
     return Machine({part: effects for source in sources for part, effects in of[source].items()})
+
+
+def led(robot: Machine, source: str, scene: SceneConfig) -> Machine:
+    """The robot with small effects but for one source's, so that which source costs most is another each time."""
+    parts: dict[str, dict[str, dict[str, float]]] = {}
+    for part, name in robot.keys:
+        values = dict(robot.parts[part][name])
+        if source_of((part, name)) != source:
+            values = _smaller(part, name, values, scene)
+        parts.setdefault(part, {})[name] = values
+    return Machine(parts)
+
+
+def _smaller(part: str, name: str, values: Mapping[str, float], scene: SceneConfig) -> dict[str, float]:
+    """Parameters nearer to where the effect does nothing; those that it has whatever its size stay."""
+    smaller = dict(values)
+    for parameter in registry_of(part)[name].parameters:
+        value, nothing = values[parameter.name], parameter.neutral
+        if name == "lateral_friction":
+            nothing = scene.physics.object_friction * scene.physics.finger_friction
+        elif name in FIELDS:
+            nothing = getattr(NOMINAL[part], name)
+        if nothing is not None:
+            endless = np.isinf(nothing)  # a full well, or a quality, which is a whole number
+            smaller[parameter.name] = round(value / SMALL) if endless else nothing + SMALL * (value - nothing)
+    return smaller
 
 
 def everything(count: int, seed: int) -> list[Machine]:

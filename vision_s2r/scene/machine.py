@@ -104,3 +104,8 @@ def registry_of(part: str) -> Registry[Any]:
     """The effects that a part may have."""
     registries: dict[str, Registry[Any]] = {"camera": CAMERA_EFFECTS, "contact": CONTACT_EFFECTS}
     return registries.get(part, JOINT_EFFECTS)
+
+
+def source_of(key: Key) -> str:
+    """The source of an effect: its part, or the drives."""
+    return "drives" if key[0] in DRIVES else key[0]
