@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from vision_s2r.camera import CameraConfig
-from vision_s2r.close_gap import withheld
+from vision_s2r.cli import compose
+from vision_s2r.close_gap import training, withheld
 from vision_s2r.close_gap.beliefs import blind, diagnosed, posterior
+from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.summary import Closed, recovered, said, summary
 from vision_s2r.joint import pack, simulate
 from vision_s2r.recording import read, write
@@ -15,6 +17,7 @@ from vision_s2r.report.robot import html
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.drives import NOMINAL, Drives, Tuning
 from vision_s2r.scene.machine import Machine
+from vision_s2r.training import Inputs
 
 WAITING, GOAL = np.array([-1.4, 2.0, 0.07, 0.2]), np.array([-1.0, 1.5, 0.1, 0.3])
 STEP = SceneConfig().physics.time_step
@@ -100,6 +103,16 @@ def test_of_a_robot_that_one_source_leads_the_other_effects_are_small():
     assert camera.parts["camera"] == robot.parts["camera"] and camera.drives != robot.drives
 
 
+def test_the_simulator_as_it_came_is_trained_at_rates_of_its_own_not_of_fine_tuning(monkeypatch, tmp_path):
+    cfg = compose(CloseGapStudyConfig, "close_gap", ["experiment=demo"])
+    monkeypatch.setattr(training, "pairs", lambda cfg: Inputs(None, None, None, None))
+    monkeypatch.setattr(training, "frozen_q", lambda translate: None)
+    monkeypatch.setattr(training, "train_translator", lambda translate, *rest: translate.training)
+    came, tuned = training.as_it_came(cfg, tmp_path), training.translator(cfg, CameraConfig(), "bin-64", tmp_path)
+    assert (came.learning_rate, came.muon, came.max_steps) == (2e-3, 4e-3, cfg.close_gap.came_steps)
+    assert tuned.learning_rate == cfg.close_gap.learning_rate and tuned.muon == cfg.translate.training.muon < 4e-3
+
+
 def test_recovered_is_the_share_of_what_the_truth_wins():
     came = np.zeros((2, 50))
     truth, half = came.copy(), came.copy()
@@ -125,13 +138,15 @@ def test_a_share_of_what_may_be_nothing_is_not_said():
 def test_a_robot_on_which_nothing_wins_says_nothing_of_what_to_mend_first():
     def robot(said, **gained):
         outcomes = {row: np.ones(2) for row in ("as_it_came", "everything", "diagnosed", "true_effects")}
-        losses = {"sources": [{"source": name, "gained": each} for name, each in gained.items()]}
+        sources = [{"source": n, "gained": each, "gained_ci": [each - 0.1, each + 0.1]} for n, each in gained.items()]
+        losses = {"sources": sources}
         believed = {"sources": [{"source": name, "gained": float(name == said)} for name in gained]}
         report = {"verdict": "explained", "effects": [], "task": {"losses": believed}}
         return Closed(withheld.Withheld("robot", Path("robot"), None), report, Machine(), losses, outcomes, {})
 
     tie = robot("camera", camera=0.0, drives=-0.1)
-    found = summary([tie, robot("drives", camera=0.0, drives=0.3), robot("camera", camera=0.1, drives=0.3)], 0)
+    chance = robot("camera", camera=0.05, drives=-0.1)
+    found = summary([tie, chance, robot("drives", camera=0.0, drives=0.3), robot("camera", camera=0.1, drives=0.3)], 0)
     assert found["named_first"]["value"] == 0.5 and found["named_first"]["robots"] == {"drives": 2}
     assert list(said(found))[-1] == "what to mend first is right on 50 % of the robots: drives 1 of 2"
     assert summary([tie], 0)["named_first"] is None

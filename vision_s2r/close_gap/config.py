@@ -46,6 +46,8 @@ class CloseGapConfig:
         "The translator as the simulator came: a checkpoint. Empty: one is trained from scratch, no camera effects.",
     )
     came_steps: int = option(4000, "Of that training.", low=1)
+    came_learning_rate: float = option(2e-3, "Of that, at its highest.", above=0)
+    came_muon: float = option(4e-3, "Of that, Muon's at its highest; 0: AdamW alone.", low=0)
     policy: str = option("bin-64", "The policy as the simulator came: a released checkpoint of canonical pictures.")
     steps: int = option(1200, "Of fine-tuning the translator of each row.", low=1)
     learning_rate: float = option(1e-3, "Of that, at its highest.", above=0)

@@ -128,9 +128,9 @@ def recovered(held: dict[str, np.ndarray], seed: int) -> dict[str, float]:
 def _named_first(closed: Sequence[Closed]) -> dict[str, Any] | None:
     """On how many robots the source that is said to be mended first is the one whose removal wins most.
 
-    Of those on which some removal wins anything; None where there is none. `robots` and `right` count by source.
+    Of those on which some removal surely wins; None where there is none. `robots` and `right` count by source.
     """
-    asked = [one for one in closed if any(source["gained"] > 0 for source in one.losses["sources"])]
+    asked = [one for one in closed if any(source["gained_ci"][0] > 0 for source in one.losses["sources"])]
     first = Counter(_first(one.losses) for one in asked)
     right = Counter(
         _first(one.losses)

@@ -24,25 +24,26 @@ GRASPS = "grasps.npz"
 
 def as_it_came(cfg: CloseGapStudyConfig, out: Path) -> Path:
     """A translator from scratch, whose camera is perfect: the simulator knows of no effects."""
-    steps = cfg.close_gap.came_steps
-    return _translator(cfg, CameraConfig(), "", steps, cfg.translate.training.learning_rate, out)
+    came = cfg.close_gap
+    rates = {"learning_rate": came.came_learning_rate, "muon": came.came_muon}
+    return _translator(cfg, CameraConfig(), "", came.came_steps, rates, out)
 
 
 def translator(cfg: CloseGapStudyConfig, camera: CameraConfig, start: Path | str, out: Path) -> Path:
     """The translator after some steps under this camera, which also chooses the checkpoint."""
     settings = cfg.close_gap
-    return _translator(cfg, camera, str(start), settings.steps, settings.learning_rate, out)
+    return _translator(cfg, camera, str(start), settings.steps, {"learning_rate": settings.learning_rate}, out)
 
 
 def _translator(
-    cfg: CloseGapStudyConfig, camera: CameraConfig, start: str, steps: int, learning_rate: float, out: Path
+    cfg: CloseGapStudyConfig, camera: CameraConfig, start: str, steps: int, rates: dict[str, float], out: Path
 ) -> Path:
     training = replace(
         cfg.translate.training,
         max_steps=steps,
         max_minutes=0.0,
-        learning_rate=learning_rate,
         validate_every=max(steps // 2, 1),
+        **rates,
     )
     translate = replace(cfg.translate, start=start, training=training)
     inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
