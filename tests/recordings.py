@@ -112,8 +112,8 @@ DRIVE = {
 }
 
 
-def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0) -> ArmRecording:
-    """Two links under position servos, by the nominal simulator with effects by joint; logged at 100 Hz."""
+def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0, rate=100) -> ArmRecording:
+    """Two links under position servos, by the nominal simulator with effects by joint; logged at `rate` Hz."""
     from vision_s2r.arm.bodies import Bodies
     from vision_s2r.arm.model import ArmModel
     from vision_s2r.arm.simulate import simulate as run
@@ -122,7 +122,7 @@ def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0
     names = ("shoulder", "elbow")
     bodies = Bodies(ArmModel(TWO_LINKS), names, {}, "tool", whole)
     machines = np.array([joint_row((effects or {}).get(name, {})) for name in names])
-    t = np.arange(round(seconds * 100)) * 0.01
+    t = np.arange(round(seconds * rate)) / rate
     command = np.empty((episodes, 2, len(t)))
     for each in command.reshape(-1, len(t)):
         each[:] = sum(
@@ -136,7 +136,7 @@ def an_arm(effects=None, whole=None, seconds=4.0, episodes=2, noise=2e-4, seed=0
     lengths = np.full(episodes, len(t))
     joints = {
         name: JointRecording(
-            DRIVE, 0.01, "rotary", command[:, j], position[:, j], None, lengths, tuple(range(episodes))
+            DRIVE, 1 / rate, "rotary", command[:, j], position[:, j], None, lengths, tuple(range(episodes))
         )
         for j, name in enumerate(names)
     }

@@ -135,11 +135,19 @@ def test_an_encoder_that_is_off_is_found_beside_a_payload_that_does_most_of_its_
     assert found["position_offset"]["value"]["value"] == pytest.approx(0.06, abs=4e-3)
 
 
+def test_a_small_tilt_shows_in_a_log_whose_rows_are_as_slow_as_its_motion():
+    arm = an_arm(whole={"base_tilt": {"roll": 0.0, "pitch": 0.02}}, seconds=8.0, rate=30)
+    assert FreeRuns(arm).noise == pytest.approx(2e-4, rel=0.2)
+    done = diagnose_arm(arm, replace(QUICK, withhold=[*QUICK.withhold, "position_offset"])).to_dict()
+    assert [each["name"] for each in done["effects"]] == ["base_tilt"] and done["verdict"] == "explained"
+    assert 1.5 * done["gap"]["floor"] < done["gap"]["before"] < 5 * done["gap"]["floor"]
+
+
 def test_an_encoder_of_steps_so_coarse_that_most_rows_are_alike_is_not_taken_for_one_without_noise():
     arm = an_arm(whole={"payload": {"mass": 0.15, "x": 0.05, "y": 0.0, "z": 0.02}}, noise=0.0)
     joints = {name: replace(joint, position=np.round(2 * joint.position) / 2) for name, joint in arm.joints.items()}
     coarse = replace(arm, joints=joints)
-    before = WholeFit(coarse, motions(FreeRuns(coarse), {}), PayloadForm(), {}).before
+    before = WholeFit(FreeRuns(coarse), motions(FreeRuns(coarse), {}), PayloadForm(), {}).before
     assert (before < 10).all()
 
 

@@ -31,7 +31,6 @@ from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
 from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
-from vision_s2r.fit.joint.noise import position_noise
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.arm import figures
@@ -90,7 +89,7 @@ def _settle(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> SettledArm:
     """
     recording, moved = runs.recording, motions(runs, {})
     servos = all(joint.servo for joint in recording.joints.values())
-    fits = {form: WholeFit(recording, moved, form, {}) for form in _forms(recording, cfg) if servos}
+    fits = {form: WholeFit(runs, moved, form, {}) for form in _forms(recording, cfg) if servos}
     off = max((int((fit.before > REMARKABLE).sum()) for fit in fits.values()), default=0)
     found = _of_whole(runs, fits) if off else []
     least = min((each.left for each in found), default=0.0)
@@ -160,7 +159,8 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
     near, made = dict(weight), problems(recording, motions(runs, weight), weight)
     parts: dict[str, Diagnosis] = {}
     for _ in recording.joints:
-        rest = {name: _excess(joint) for name, joint in made.joints.items() if name not in parts}
+        every = zip(made.joints.items(), runs.noise, strict=True)
+        rest = {name: _off(joint) / noise for (name, joint), noise in every if name not in parts}
         name = max(rest, key=lambda each: rest[each])
         likely = _likely(runs, made, name, near, weight, own, jobs)
         if likely != near:
@@ -219,7 +219,7 @@ def _likely(
     Where a joint is far off, so are the accelerations of those that it shakes, and what measured motion says of them is
     blurred where commands step. Nothing of this is reported.
     """
-    best, noise = dict(near), position_noise(made.joints[joint].position)
+    best, noise = dict(near), runs.noise[list(made.joints).index(joint)]
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
@@ -233,8 +233,6 @@ def _likely(
     return best
 
 
-def _excess(joint: JointRecording) -> float:
-    """How far the simulator is off, in units of the noise."""
-    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {}))))) / position_noise(
-        joint.position
-    )
+def _off(joint: JointRecording) -> float:
+    """How far the simulator is off, root mean square."""
+    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {})))))

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from vision_s2r.arm.model import opened
 from vision_s2r.arm.simulate import ArmRun, simulate
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import fingerprint as of_joint
+from vision_s2r.fit.joint.noise import position_noise
 from vision_s2r.joint import NominalJoint, pack
 from vision_s2r.recording import ArmRecording
 
@@ -23,6 +25,14 @@ class FreeRuns:
         self.recording = recording
         self._machines: dict[str, tuple[Bodies, np.ndarray]] = {}
         self._runs: dict[tuple[str, int], ArmRun] = {}
+
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Standard deviations [J] (rad, m) of what the measured positions do not show."""
+        measured, simulated = self.recording.position, self.states({})[..., 0]
+        with np.errstate(over="ignore", invalid="ignore"):  # a simulation may have run away
+            pairs = zip(np.moveaxis(measured, -1, 0), np.moveaxis(simulated, -1, 0), strict=True)
+            return np.array([position_noise(*each) for each in pairs])
 
     def run(self, effects: Values, k: int, rows: int | None = None) -> ArmRun:
         """Episode `k` of the arm with these effects, the first `rows` rows of it at least."""

@@ -13,7 +13,6 @@ import numpy as np
 
 from vision_s2r.fit.arm.free_run import FreeRuns, bodies_of
 from vision_s2r.fit.case import Values
-from vision_s2r.fit.joint.noise import position_noise
 from vision_s2r.fit.joint.slopes import slopes
 from vision_s2r.recording import ArmRecording, JointRecording
 
@@ -54,12 +53,12 @@ def motions(runs: FreeRuns, effects: Values) -> list[Motion]:
     """The motion that a recording shows, episode by episode; a simulation with these effects is near."""
     recording = runs.recording
     bodies, some, measured = bodies_of(recording, effects), recording.any, recording.position
-    noise, found = [position_noise(joint.position) for joint in recording.joints.values()], []
+    found = []
     for k, run in enumerate(runs.run(effects, k) for k in range(len(some.lengths))):
         length = run.states.shape[1]
         t, simulated = some.time[k, :length], run.states.transpose(1, 0, 2)
         rest = measured[k, :length] - simulated[..., 0]
-        faster, more = np.stack([_derivatives(*each, t) for each in zip(rest.T, noise, strict=True)], axis=-1)
+        faster, more = np.stack([_derivatives(*each, t) for each in zip(rest.T, runs.noise, strict=True)], axis=-1)
         rates = np.gradient(simulated[..., 1], t, axis=0)
         at_rows = bodies.loads(simulated[..., 0], simulated[..., 1], rates)[0]
         load = run.load - _between(at_rows, len(run.load) // length)

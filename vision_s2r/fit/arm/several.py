@@ -54,10 +54,10 @@ def grown_sets(runs: FreeRuns, forms: Sequence[WholeForm], best: RoughWhole, bef
     Where one does much of another's work, a mass at a wrong place that of an encoder's zero, what each does about no
     effect at all says little of both.
     """
-    moved, recording = motions(runs, best.values), runs.recording
+    moved = motions(runs, best.values)
 
     def beside(form: WholeForm) -> WholeFit:
-        return WholeFit(recording, moved, form, {name: of for name, of in best.values.items() if name != form.name})
+        return WholeFit(runs, moved, form, {name: of for name, of in best.values.items() if name != form.name})
 
     own = np.concatenate([beside(form).slopes(at) for form, at in zip(best.forms, best.points, strict=True)], axis=1)
     found = []
@@ -94,7 +94,7 @@ def refined(runs: FreeRuns, rough: RoughWhole, before: float, sweeps: int = 1) -
     for _ in range(sweeps):
         for k, form in enumerate(rough.forms):
             others = {name: each for name, each in rough.values.items() if name != form.name}
-            alone = WholeFit(runs.recording, motions(runs, rough.values), form, others).fit(rough.points[k])
+            alone = WholeFit(runs, motions(runs, rough.values), form, others).fit(rough.points[k])
             points = (*rough.points[:k], *alone.points, *rough.points[k + 1 :])
             rough = replace(rough, points=points, left=alone.left, share=explained(before, alone.left))
     return rough

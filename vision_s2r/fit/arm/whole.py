@@ -19,7 +19,7 @@ from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.problems import Motion, Problems, loads, with_loads
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import free_run
-from vision_s2r.fit.joint.noise import memory, position_noise
+from vision_s2r.fit.joint.noise import memory
 from vision_s2r.fit.joint.uncertainty import CLOCK
 from vision_s2r.recording import ArmRecording
 
@@ -96,10 +96,10 @@ class FoundWhole:
 class WholeFit:
     """Values of one effect of the whole arm, along a motion, beside others that are known."""
 
-    def __init__(self, recording: ArmRecording, moved: list[Motion], form: WholeForm, beside: Values) -> None:
-        self._recording, self._moved, self._form, self._beside = recording, moved, form, beside
-        self._empty = loads(recording, moved, beside)
-        self._noise = np.array([position_noise(joint.position) for joint in recording.joints.values()])
+    def __init__(self, runs: FreeRuns, moved: list[Motion], form: WholeForm, beside: Values) -> None:
+        self._recording, self._moved, self._form, self._beside = runs.recording, moved, form, beside
+        self._empty = loads(runs.recording, moved, beside)
+        self._noise = runs.noise
 
     @cached_property
     def _parts(self) -> list[np.ndarray]:
@@ -167,7 +167,7 @@ def sharpened(runs: FreeRuns, rough: RoughWhole) -> tuple[FoundWhole, ...]:
     """Estimates after as many steps of Gauss and Newton in the whole arm's free run as there are effects."""
     recording, every = runs.recording, _Numbers(rough.forms)
     inside = np.isfinite(recording.any.position)
-    noise = np.array([position_noise(joint.position) for joint in recording.joints.values()])
+    noise = runs.noise
 
     def residuals(values: Values) -> np.ndarray:
         """[J, samples], in units of noise."""

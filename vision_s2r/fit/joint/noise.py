@@ -37,9 +37,13 @@ def resolved(values: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(least), least, LEAST)
 
 
-def position_noise(position: np.ndarray) -> float:
-    """Standard deviation (rad, m) of what positions [E, T] do not show: white noise, or an encoder's larger steps."""
-    return float(max(fast_noise(position), resolved(position[..., None])[0] / np.sqrt(12)))
+def position_noise(position: np.ndarray, simulated: np.ndarray) -> float:
+    """Standard deviation (rad, m) of what positions [E, T] do not show: white noise, or an encoder's larger steps.
+
+    At 30 rows a second a motion is as fast as noise; what a simulation [E, T] leaves of it is not.
+    """
+    white = min(fast_noise(position), fast_noise(position - simulated))
+    return float(max(white, resolved(position[..., None])[0] / np.sqrt(12)))
 
 
 @cache
