@@ -8,7 +8,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from vision_s2r.camera.colour import Curve, linear_to_power, power_to_linear, to_coded, to_linear
+from vision_s2r.camera.colour import OF_CURVE, Curve
 from vision_s2r.camera.config import CameraConfig, check
 from vision_s2r.camera.effect import (
     CAMERA_EFFECTS,
@@ -22,7 +22,6 @@ from vision_s2r.camera.parameters import CameraParameters
 from vision_s2r.errors import UserError
 from vision_s2r.randomize import EffectRange, effect_ranges
 
-_OF_CURVE = {"srgb": (to_linear, to_coded), "power": (power_to_linear, linear_to_power)}  # to light, and back
 _FOCAL_LENGTH = 1.1  # picture widths: 49 degrees across
 
 
@@ -142,7 +141,7 @@ class Camera:
         """`images` with the `chosen` samples (mask [B]) brought to linear light, or back."""
         if not chosen.any():
             return images
-        return _replace(images, chosen.nonzero()[:, 0], _OF_CURVE[self.encoding][0 if to_light else 1])
+        return _replace(images, chosen.nonzero()[:, 0], OF_CURVE[self.encoding][0 if to_light else 1])
 
     def _frame(self, images: Tensor, parameters: CameraParameters, margin: int, intrinsics: Tensor | None) -> Frame:
         batch = len(parameters)

@@ -40,6 +40,9 @@ def linear_to_power(linear: Tensor) -> Tensor:
     return linear.clamp(min=DARKEST**POWER) ** (1 / POWER)
 
 
+OF_CURVE = {"srgb": (to_linear, to_coded), "power": (power_to_linear, linear_to_power)}  # to light, and back
+
+
 def _power(base: Tensor, exponent: float) -> Tensor:
     """base ^ exponent for positive bases; log and exp are vectorized better than pow."""
     return base.log().mul_(exponent).exp_()

@@ -9,7 +9,7 @@ import torch.nn.functional as F
 from scipy.special import ndtri
 from torch import Tensor
 
-from vision_s2r.camera.colour import POWER, Curve, linear_to_power, to_coded, to_linear
+from vision_s2r.camera.colour import OF_CURVE, Curve
 from vision_s2r.fit.case import Values
 
 _LEVELS = 129  # of the light, equally spaced in coded values, or in the roots of linear ones
@@ -72,11 +72,11 @@ class Tail:
 @lru_cache(maxsize=32)  # a fit mostly moves what comes before the tail
 def _table(tail: Tail) -> tuple[Tensor, Tensor]:
     coded = torch.linspace(0, 1, _LEVELS) ** (2 if tail.curve == "linear" else 1)
-    light = {"linear": lambda: coded, "srgb": lambda: to_linear(coded), "power": lambda: coded**POWER}[tail.curve]()
+    light = coded if tail.curve == "linear" else OF_CURVE[tail.curve][0](coded)
     spread = (tail.sigma**2 + light / tail.full_well).sqrt()
     drawn = (light[:, None] + tail.black + spread[:, None] * _DRAWS).clamp(0, 1)  # [levels, draws]
     if tail.curve != "linear":
-        drawn = to_coded(drawn) if tail.curve == "srgb" else linear_to_power(drawn)
+        drawn = OF_CURVE[tail.curve][1](drawn)
     values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
     return values.mean(-1), values.var(-1, correction=0)
 
