@@ -17,6 +17,7 @@ from vision_s2r.render import Views
 from vision_s2r.scene import attempt
 from vision_s2r.scene.drives import Tuning
 from vision_s2r.scene.machine import Machine
+from vision_s2r.training import TrainingConfig
 from vision_s2r.translate import train_translator
 
 GRASPS = "grasps.npz"
@@ -25,26 +26,21 @@ GRASPS = "grasps.npz"
 def as_it_came(cfg: CloseGapStudyConfig, out: Path) -> Path:
     """A translator from scratch, whose camera is perfect: the simulator knows of no effects."""
     came = cfg.close_gap
-    rates = {"learning_rate": came.came_learning_rate, "muon": came.came_muon}
+    rates = replace(cfg.translate.training, learning_rate=came.came_learning_rate, muon=came.came_muon)
     return _translator(cfg, CameraConfig(), "", came.came_steps, rates, out)
 
 
 def translator(cfg: CloseGapStudyConfig, camera: CameraConfig, start: Path | str, out: Path) -> Path:
     """The translator after some steps under this camera, which also chooses the checkpoint."""
     settings = cfg.close_gap
-    return _translator(cfg, camera, str(start), settings.steps, {"learning_rate": settings.learning_rate}, out)
+    rates = replace(cfg.translate.training, learning_rate=settings.learning_rate)
+    return _translator(cfg, camera, str(start), settings.steps, rates, out)
 
 
 def _translator(
-    cfg: CloseGapStudyConfig, camera: CameraConfig, start: str, steps: int, rates: dict[str, float], out: Path
+    cfg: CloseGapStudyConfig, camera: CameraConfig, start: str, steps: int, training: TrainingConfig, out: Path
 ) -> Path:
-    training = replace(
-        cfg.translate.training,
-        max_steps=steps,
-        max_minutes=0.0,
-        validate_every=max(steps // 2, 1),
-        **rates,
-    )
+    training = replace(training, max_steps=steps, max_minutes=0.0, validate_every=max(steps // 2, 1))
     translate = replace(cfg.translate, start=start, training=training)
     inputs = replace(pairs(cfg), camera=camera, validation_camera=camera)
     return train_translator(translate, inputs, out, cfg.seed, frozen_q(translate))
