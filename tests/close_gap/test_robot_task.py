@@ -101,6 +101,9 @@ def test_of_a_robot_that_one_source_leads_the_other_effects_are_small():
     assert all(led.parts["camera"][name] != values for name, values in robot.parts["camera"].items())
     camera = withheld.led(robot, "camera", SceneConfig())
     assert camera.parts["camera"] == robot.parts["camera"] and camera.drives != robot.drives
+    some = [withheld.led(withheld.drawn(np.random.default_rng(k)), "drives", SceneConfig()) for k in range(60)]
+    qualities = [each.parts["camera"].get("jpeg_compression", {}).get("quality", 0) for each in some]
+    assert max(qualities) == 100  # of the best there is, and no more
 
 
 def test_the_simulator_as_it_came_is_trained_at_rates_of_its_own_not_of_fine_tuning(monkeypatch, tmp_path):

@@ -29,7 +29,7 @@ class CloseGapConfig:
     )
     rows: list[str] = option(
         list(ROWS),
-        "What is trained beside the simulator as it came. [] : nothing; the report still says what the robot's effects "
+        "What is trained beside the simulator as it came. []: nothing; the report still says what the robot's effects "
         "cost, and what to mend first.",
         choices=ROWS,
         unique=True,

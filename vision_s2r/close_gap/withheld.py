@@ -153,7 +153,8 @@ def _smaller(part: str, name: str, values: Mapping[str, float], scene: SceneConf
             nothing = getattr(NOMINAL[part], name)
         if nothing is not None:
             endless = np.isinf(nothing)  # a full well, or a quality, which is a whole number
-            smaller[parameter.name] = round(value / SMALL) if endless else nothing + SMALL * (value - nothing)
+            nearer = float(round(value / SMALL)) if endless else nothing + SMALL * (value - nothing)
+            smaller[parameter.name] = min(nearer, parameter.high)
     return smaller
 
 
