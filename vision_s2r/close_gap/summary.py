@@ -131,13 +131,11 @@ def _named_first(closed: Sequence[Closed]) -> dict[str, Any] | None:
     Of those on which some removal surely wins; None where there is none. `robots` and `right` count by source.
     """
     asked = [one for one in closed if any(source["gained_ci"][0] > 0 for source in one.losses["sources"])]
-    first = Counter(_first(one.losses) for one in asked)
-    right = Counter(
-        _first(one.losses)
-        for one in asked
-        if "task" in one.report and _first(one.report["task"]["losses"]) == _first(one.losses)
-    )
-    counts = {"robots": dict(first), "right": {source: right[source] for source in first}}
+    first = [_first(one.losses) for one in asked]
+    named = [_first(one.report["task"]["losses"]) if "task" in one.report else None for one in asked]
+    robots = Counter(first)
+    right = Counter(true for true, said in zip(first, named, strict=True) if said == true)
+    counts = {"robots": dict(robots), "right": {source: right[source] for source in robots}}
     return asdict(wilson(right.total(), len(asked))) | counts if asked else None
 
 

@@ -146,11 +146,9 @@ def _smaller(part: str, name: str, values: Mapping[str, float], scene: SceneConf
     """Parameters nearer to where the effect does nothing; those that it has whatever its size stay."""
     smaller = dict(values)
     for parameter in registry_of(part)[name].parameters:
-        value, nothing = values[parameter.name], parameter.neutral
+        value, nothing = values[parameter.name], getattr(NOMINAL.get(part), name, parameter.neutral)
         if name == "lateral_friction":
             nothing = scene.physics.object_friction * scene.physics.finger_friction
-        elif name in FIELDS:
-            nothing = getattr(NOMINAL[part], name)
         if nothing is not None:
             endless = np.isinf(nothing)  # a full well, or a quality, which is a whole number
             nearer = float(round(value / SMALL)) if endless else nothing + SMALL * (value - nothing)

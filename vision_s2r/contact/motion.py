@@ -102,7 +102,7 @@ def run(
         for lane in range(LANES):
             flat.given[TAKEN, lane] = 0.0
             if begin + lane < end:
-                c, w = (begin + lane) % len(machines), order[(begin + lane) // len(machines)]
+                c, w = _which(begin + lane, len(machines), order)
                 give(flat, lane, machines[c], first[w], starts[w], clock.longest, solid, of_shape, inward)
         lot = _lot(solid, room, clock)
         progress = _begun(lot, room, clock)
@@ -112,8 +112,15 @@ def run(
                 progress, rests = _arrived(lot, room, progress, done, terms[3, 2] > 0, clock)
                 for lane in range(LANES):
                     if bits(done) >> lane & 1:
-                        c, w = (begin + lane) % len(machines), order[(begin + lane) // len(machines)]
+                        c, w = _which(begin + lane, len(machines), order)
                         write(flat, lane, bits(rests) >> lane & 1 == 1, out[c, w])
+
+
+@compiled
+def _which(body: int, machines: int, order: np.ndarray) -> tuple[int, int]:
+    """The machine and the window of the n-th body."""
+    place, machine = divmod(body, machines)
+    return machine, order[place]
 
 
 @compiled

@@ -1,7 +1,8 @@
 """What the report of an arm says: what its joints' own reports do, in the terms of the whole arm's free run."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -128,9 +129,7 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     recording, held = runs.recording, held_out(runs.recording, settled)
     errors = _errors(runs, settled, held, cfg.seed)
     parts = {name: part.to_dict() for name, part in settled.parts.items()}
-    unexplained = [name for name, part in settled.parts.items() if part.verdict in OPEN]
-    open_gaps = [name for name in unexplained if _has_gap(runs, settled, errors, name, held, cfg)]
-    told = _told(settled, parts, errors, open_gaps, cfg)
+    told = _told(settled, parts, errors, partial(_has_gap, runs, settled, errors, held, cfg), cfg)
     gap = errors.gap(slice(None))
     closed = _closed_by_whole(runs, settled, held)
     told.effects.extend(_of_whole(each, gap.share(closed[each.name])) for each in settled.whole)
@@ -192,10 +191,10 @@ def _told(
     settled: SettledArm,
     parts: Mapping[str, Mapping[str, Any]],
     errors: _Errors,
-    open_gaps: Collection[str],
+    has_gap: Callable[[str], bool],
     cfg: DiagnoseConfig,
 ) -> _Told:
-    """`open_gaps`: joints that are not explained, and have a gap without what was refitted for them."""
+    """`has_gap`: whether a joint has one without what was refitted for it."""
     told = _Told()
     for j, (name, part) in enumerate(parts.items()):
         slight, named = [], []
@@ -207,7 +206,9 @@ def _told(
             else:
                 named.append(_of_joint(settled, name, effect) | {"share": share.value, "ci": list(share.ci)})
         told.effects.extend(named)
-        closed = errors.closed(j, cfg.joint.adequate) and (bool(named) or name not in open_gaps)
+        closed = errors.closed(j, cfg.joint.adequate)
+        if closed and not named and part["verdict"] in OPEN:
+            closed = not has_gap(name)
         told.verdicts[name] = _of_run(part["verdict"], bool(named), bool(gone), closed)
         values = (*part.get("refitted", []), *map(_value, slight))
         told.refitted.extend(_of_joint(settled, name, each) for each in values)
@@ -254,7 +255,7 @@ def _errors(runs: FreeRuns, settled: SettledArm, held_out: Mapping[str, Any], se
 
 
 def _has_gap(
-    runs: FreeRuns, settled: SettledArm, errors: _Errors, joint: str, held_out: Mapping[str, Any], cfg: DiagnoseConfig
+    runs: FreeRuns, settled: SettledArm, errors: _Errors, held_out: Mapping[str, Any], cfg: DiagnoseConfig, joint: str
 ) -> bool:
     """Whether a joint has a gap of its own, which a free run without what was refitted for it shows."""
     recording = runs.recording
