@@ -46,3 +46,13 @@ def test_what_makes_the_arm_run_away_goes_though_it_has_no_name(monkeypatch):
     fold = {name: {} for name in ("elbow.compliance", "elbow.latency", "wrist.compliance")}
     gone = idle(None, {"folds": [fold]}, ["elbow.latency"], {"elbow": 1e-9}, seed=0)
     assert gone == {"elbow.compliance"}
+
+
+def test_what_only_made_up_for_another_name_goes_after_it(monkeypatch):
+    def errors(runs, held_out, gone):
+        left = 4e-8 if "elbow.viscous_damping" in gone or "elbow.latency" not in gone else 4e-7
+        return borne_out._StretchErrors({"elbow": np.full(20, left)}, None)
+
+    monkeypatch.setattr(borne_out, "_errors", errors)
+    names = ["elbow.latency", "elbow.viscous_damping"]
+    assert idle(None, {"folds": [{}]}, names, {"elbow": 1e-9}, seed=0) == set(names)

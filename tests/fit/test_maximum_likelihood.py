@@ -9,7 +9,7 @@ from scipy.optimize import minimize as by_scipy
 
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.coordinates import Coordinates
-from vision_s2r.fit.maximum_likelihood import Data, costs, minimize
+from vision_s2r.fit.maximum_likelihood import Data, Residuals, costs, minimize
 
 T = np.linspace(0, 3, 300)
 
@@ -29,7 +29,7 @@ class Free(Coordinates):
         raise NotImplementedError
 
 
-class Decay:
+class Decay(Residuals[Free]):
     """A swing that dies away, seen with noise and a few instants that nothing explains."""
 
     channels = 1

@@ -59,7 +59,8 @@ def simulate(
     out = np.full((joints, samples, 2), np.nan)
     out[:, 0] = first
     load, steps = np.zeros((samples * parts, joints)), np.zeros(samples * parts)
-    sweep.run(bodies.rigid, machines, command, times, first, states, tables, step, parts, out, load, steps)
+    room = np.empty(sweep.ROOM * joints + joints**2)
+    sweep.run(bodies.rigid, machines, command, times, first, states, tables, step, parts, out, load, steps, room)
     sweep.show(machines, sample_time, times[:samples], out)
     return ArmRun(out, _filled(load, steps))
 

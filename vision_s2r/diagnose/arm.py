@@ -74,7 +74,7 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
     runs = FreeRuns(recording)
     settled = _settle(runs, cfg, jobs)
     least = {name: cfg.joint.relief * part.case.floor([0])[0] for name, part in settled.parts.items()}
-    settled = replace(settled, idle=idle(runs, held_out(recording, settled), settled.named, least, cfg.seed))
+    settled = replace(settled, idle=idle(runs, held_out(recording, settled), settled.named, least, cfg.seed, jobs))
     written = report(runs, settled, cfg)
     experiment = Experiment(written["next_experiment"], commands(settled.parts, recording))
     return ArmDiagnosis.of(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from vision_s2r import parallel
 from vision_s2r.fit.arm.drives import TWO_MASSES
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, gap_errors, tip_errors
 from vision_s2r.statistics import interval
@@ -27,27 +28,53 @@ class _StretchErrors:
 
 
 def idle(
-    runs: FreeRuns, held_out: Mapping[str, Any], names: Collection[str], least: Mapping[str, float], seed: int
+    runs: FreeRuns,
+    held_out: Mapping[str, Any],
+    names: Collection[str],
+    least: Mapping[str, float],
+    seed: int,
+    jobs: int = 1,
 ) -> frozenset[str]:
-    """Of `names` (JOINT.EFFECT), those without which the arm runs as well.
+    """Of `names` (JOINT.EFFECT), those without which the arm runs as well; by so many threads.
 
     Such a name does not lower its joint's held-out mean squared error by `least` (rad² or m², by joint), its interval
     above zero; or it makes that of the tip larger, by more than its interval and a hundredth. The one that brings least
-    goes first. Named or not, what makes the arm run away goes before.
+    goes first; what was needed beside it is asked again once no other goes. Named or not, what makes the arm run away
+    goes before.
     """
     gone = _running_away(runs, held_out)
+    asked = left = frozenset(names) - gone
     while True:
-        now = _errors(runs, held_out, gone)
-        gains: dict[str, float] = {}
-        for name in set(names) - gone:
-            joint, without = name.rpartition(".")[0], _errors(runs, held_out, gone | {name})
-            relief = without.joints[joint] - now.joints[joint]
-            harm = None if now.tip is None or without.tip is None else now.tip - (1 + HARM) * without.tip
-            if relief.mean() <= least[joint] or _low(relief, seed) <= 0 or (harm is not None and _low(harm, seed) > 0):
-                gains[name] = float(relief.mean() / least[joint])
-        if not gains:
+        gains = _of_no_use(runs, held_out, gone, asked, least, seed, jobs)
+        if gains:
+            least_of_all = min(gains, key=lambda name: (gains[name], name))
+            gone, left, asked = gone | {least_of_all}, left - {least_of_all}, gains.keys() - {least_of_all}
+        elif asked == left:
             return gone
-        gone |= {min(gains, key=lambda name: gains[name])}
+        else:
+            asked = left
+
+
+def _of_no_use(
+    runs: FreeRuns,
+    held_out: Mapping[str, Any],
+    gone: frozenset[str],
+    names: Collection[str],
+    least: Mapping[str, float],
+    seed: int,
+    jobs: int,
+) -> dict[str, float]:
+    """Those of the names without which an arm without others runs as well, and how much each brings."""
+    ordered, gains = sorted(names), {}
+    sets = ((runs, held_out, each) for each in (gone, *(gone | {name} for name in ordered)))
+    now, *others = parallel.run(_errors, sets, jobs, threads=True)
+    for name, without in zip(ordered, others, strict=True):
+        joint = name.rpartition(".")[0]
+        relief = without.joints[joint] - now.joints[joint]
+        harm = None if now.tip is None or without.tip is None else now.tip - (1 + HARM) * without.tip
+        if relief.mean() <= least[joint] or _low(relief, seed) <= 0 or (harm is not None and _low(harm, seed) > 0):
+            gains[name] = float(relief.mean() / least[joint])
+    return gains
 
 
 def _running_away(runs: FreeRuns, held_out: Mapping[str, Any]) -> frozenset[str]:

@@ -53,27 +53,27 @@ def profile(residuals: np.ndarray, weight: np.ndarray, floor: np.ndarray) -> tup
 
 @numba.njit(nogil=True, cache=True, error_model="numpy")
 def normal_equations(
-    residuals: np.ndarray, steps: np.ndarray, factor: np.ndarray, label: np.ndarray, count: int
+    residuals: np.ndarray, slopes: np.ndarray, factor: np.ndarray, label: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Curvature [count, D, D] and slope [count, D] of the log-likelihood, of the samples with each label.
 
-    residuals [1 + D, E, T, channels] at a point and one step [D] along each axis, factor [E, T, channels] by which each
-    sample counts, label [E, T] from 0 to count - 1, or -1. (No BLAS: its threads and those of the search would wait for
-    each other.)
+    residuals [E, T, channels] and their slopes [D, E, T, channels]; factor [E, T, channels] by which each sample
+    counts; label [E, T] from 0 to count - 1, or -1. (No BLAS: its threads and those of the search would wait for each
+    other.)
     """
-    size = len(steps)
+    size = len(slopes)
     curvature, slope = np.zeros((count, size, size)), np.zeros((count, size))
     row = np.empty(size)
-    _, episodes, samples, channels = residuals.shape
+    episodes, samples, channels = residuals.shape
     for e in range(episodes):
         for t in range(samples):
             k = label[e, t]
             if k < 0:
                 continue
             for c in range(channels):
-                weight, value = factor[e, t, c], residuals[0, e, t, c]
+                weight, value = factor[e, t, c], residuals[e, t, c]
                 for i in range(size):
-                    row[i] = (residuals[1 + i, e, t, c] - value) / steps[i]
+                    row[i] = slopes[i, e, t, c]
                 for i in range(size):
                     weighted = weight * row[i]
                     slope[k, i] -= weighted * value

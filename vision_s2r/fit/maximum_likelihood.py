@@ -5,9 +5,10 @@ is minimized is the negative log-likelihood with the scales at their best. (Larg
 reweighted least squares.)
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -42,20 +43,33 @@ class Fitted:
 
 
 S = TypeVar("S", bound=Coordinates)
-C = TypeVar("C", bound=Coordinates, contravariant=True)
 
 
-class Residuals(Protocol[C]):
+class Residuals(ABC, Generic[S]):
     """What points of a space leave unexplained."""
 
-    @property
-    def channels(self) -> int:
-        """Of the residuals."""
-        ...
+    channels: int  # of the residuals
 
-    def residuals(self, space: C, points: np.ndarray, episodes: Sequence[int], /) -> np.ndarray:
+    @abstractmethod
+    def residuals(self, space: S, points: np.ndarray, episodes: Sequence[int]) -> np.ndarray:
         """Measured less predicted [C, E, T, channels] of points [C, D]."""
-        ...
+
+    def slopes(
+        self, space: S, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float = 1.0
+    ) -> np.ndarray:
+        """Change [D, E, T, channels] of the residuals `here` at a point [D] with each coordinate.
+
+        By differences, which are `stride` times as long as a coordinate's own.
+        """
+        return self.by_differences(space, point, here, episodes, stride, np.arange(space.size))
+
+    def by_differences(
+        self, space: S, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float, which: np.ndarray
+    ) -> np.ndarray:
+        """`slopes` [K, E, T, channels] of these coordinates [K]."""
+        points, steps = space.differences(point, stride)
+        around = self.residuals(space, points[1 + which], episodes)
+        return (around - here) / steps[which, None, None, None]
 
 
 def costs(observer: Residuals[S], space: S, data: Data, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -149,16 +163,13 @@ class _Descent(Generic[S]):
 
     def slopes(self, state: _State) -> np.ndarray:
         """Change of the residuals [D, E, T, channels] with each coordinate."""
-        points, steps = self.space.differences(state.point, self.stride)
-        around = self.observer.residuals(self.space, points[1:], self.data.episodes)
-        return (around - state.residuals) / steps[:, None, None, None]
+        return self.observer.slopes(self.space, state.point, state.residuals[0], self.data.episodes, self.stride)
 
     def equations(self, state: _State, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Curvature [D, D] and slope [D] (downhill) of the cost; a coordinate whose curvature is 0 stays."""
-        around = np.concatenate([state.residuals, state.residuals + slopes])
         factor = influence(state.residuals[0], state.scale) * self.data.temper
         label = np.where(self.data.weight > 0, 0, -1)
-        (curvature,), (slope,) = normal_equations(around, np.ones(self.space.size), factor, label, 1)
+        (curvature,), (slope,) = normal_equations(state.residuals[0], slopes, factor, label, 1)
         stiffness = self.space.stiffness(state.point, self.centre)
         curvature[np.diag_indices(self.space.size)] += stiffness
         slope += (self.centre - state.point) * stiffness

@@ -16,7 +16,7 @@ from vision_s2r.joint.effects.derivative_on_error import passing
 from vision_s2r.joint.effects.velocity_limit import profile
 from vision_s2r.joint.log import JointLog, correction
 from vision_s2r.joint.machine import JointMachine, of_inertia
-from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.one_mass import Paths, one_mass_sample, one_mass_start
 from vision_s2r.joint.pointer import Pointer
 from vision_s2r.joint.two_masses import (
     RESPONSES,
@@ -52,15 +52,24 @@ def clocked_one_mass(
         state = (state[0] + shift[0], state[1] + shift[1], state[2], state[3])
         before, time = (state[0], state[1]), count * step
         given, cursor = inputs_of(machine, log, cursor, time, step, before)
-        inertia = own + _load_inertia(log, cursor)
-        if machine.thermal_drift_rate != 0 or abs(inertia - machine.inertia) > HEAVIER_ONE * machine.inertia:
-            machine = of_inertia(machine, inertia)
-            paths = glides(machine, time + 0.5 * step, inertia, (step, step))
+        machine, paths = loaded(machine, own, log, cursor, time, step, paths)
         state = one_mass_sample(
             machine, tables, heights, state, (given, given), time, (0, 1), (step, step), paths, fast
         )
         row, shift = read_rows(log, row, time, step, before, (state[0], state[1]), out)
         count += 1
+
+
+@compiled
+def loaded(
+    machine: JointMachine, own: float, log: JointLog, cursor: Cursor, time: float, step: float, paths: Paths
+) -> tuple[JointMachine, Paths]:
+    """The machine in the step that ends at the cursor, beside its own inertia that of its load; and its paths."""
+    inertia = own + _load_inertia(log, cursor)
+    if machine.thermal_drift_rate != 0 or abs(inertia - machine.inertia) > HEAVIER_ONE * machine.inertia:
+        machine = of_inertia(machine, inertia)
+        paths = glides(machine, time + 0.5 * step, inertia, (step, step))
+    return machine, paths
 
 
 @compiled

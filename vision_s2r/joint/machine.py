@@ -14,6 +14,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.joint import effects as _effects  # noqa: F401  (fills the registry)
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.effect import JOINT_EFFECTS
+from vision_s2r.joint.pointer import Pointer, numbers
 
 
 @dataclass(frozen=True)
@@ -70,9 +71,11 @@ else:
 
 LONGEST_DELAY = 3600.0  # s
 
+_WIDTH = len(COLUMNS)
 _INDEX = {column: k for k, column in enumerate(COLUMNS)}
 _INERTIA = COLUMNS.index("inertia")
 _PROPORTIONAL, _DERIVATIVE = COLUMNS.index("proportional_gain"), COLUMNS.index("derivative_gain")
+_RESOLUTION = COLUMNS.index("encoder_quantization.resolution")
 _ON_ERROR = COLUMNS.index("derivative_on_error.gain")
 
 
@@ -139,9 +142,21 @@ def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndar
 
 
 @compiled
+def machine_at(row: Pointer) -> JointMachine:
+    """The machine that a row of `pack` is."""
+    return JointMachine(*numbers(row, _WIDTH))  # type: ignore[call-arg]
+
+
+@compiled
 def of_inertia(machine: JointMachine, inertia: float) -> JointMachine:
     """The same machine with another inertia."""
     return tuple_setitem(machine, _INERTIA, inertia)  # type: ignore[call-arg]  # its typing context is numba's
+
+
+@compiled
+def continuous(machine: JointMachine) -> JointMachine:
+    """The same machine with an encoder that shows no steps."""
+    return tuple_setitem(machine, _RESOLUTION, 0.0)  # type: ignore[call-arg]
 
 
 @compiled

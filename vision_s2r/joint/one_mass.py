@@ -99,6 +99,27 @@ def one_mass_sample(
 
 
 @compiled
+def middle_velocity(
+    machine: JointMachine,
+    tables: np.ndarray,
+    heights: np.ndarray,
+    state: State,
+    given: Given,
+    paths: tuple[Glide, Glide],  # ahead and back
+    step: float,
+) -> float:
+    """The velocity in the middle of a step as far as the torques at its start tell."""
+    position, velocity, weight, other = state
+    motor = commanded(machine, tables, heights, given, position, velocity, velocity)
+    pressed = machine.external_load_friction_coefficient > 0
+    loads = motor, on_load(machine, position) + given[4] if pressed else 0.0
+    _, after, _ = advance(
+        machine, velocity, motor + other, weight, loads, paths[0], paths[1], machine.inertia, step, True
+    )
+    return 0.5 * (velocity + after)
+
+
+@compiled
 def _step(
     machine: JointMachine,
     tables: np.ndarray,
@@ -117,11 +138,9 @@ def _step(
     """Position, velocity, and the weight and other torque in the middle of the step."""
     middle = velocity
     if not fast:
-        motor = commanded(machine, tables, heights, given, position, velocity, velocity)
-        pressed = machine.external_load_friction_coefficient > 0
-        loads = motor, on_load(machine, position) + given[4] if pressed else 0.0
-        _, after, _ = advance(machine, velocity, motor + other, weight, loads, ahead, back, machine.inertia, step, True)
-        middle = 0.5 * (velocity + after)
+        middle = middle_velocity(
+            machine, tables, heights, (position, velocity, weight, other), given, (ahead, back), step
+        )
         weight = weight_at(machine, middle)
     halfway = position + 0.5 * step * middle
     motor = commanded(machine, tables, heights, given, halfway, middle, middle)

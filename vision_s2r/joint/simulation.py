@@ -7,19 +7,18 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numba
 import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint.clock import clocked_one_mass, clocked_two_masses
 from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effect import JOINT_EFFECTS
 from vision_s2r.joint.effects.encoder_quantization import quantize
-from vision_s2r.joint.log import JointLog
-from vision_s2r.joint.machine import COLUMNS, JointMachine, check, of_gains
+from vision_s2r.joint.log import JointLog, log_inputs
+from vision_s2r.joint.machine import COLUMNS, check, machine_at, of_gains
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.tables import Tables
@@ -77,9 +76,70 @@ def simulate(
     begins with no command (0), or a servo's first position. Raises UserError for shapes that do not fit, and where
     servos and others are mixed.
     """
-    layout = (tables or _NO_TABLES).array()
+    given = prepared(
+        machines, command, first, sample_time, times=times, scale=scale, external=external,
+        load_inertia=load_inertia, gains=gains, lengths=lengths, observed=observed, leak=leak, substeps=substeps,
+        tables=tables,
+    )  # fmt: skip
+    episodes, samples = given.command.shape
+    out = np.full((len(given.machines), episodes, samples, 2), np.nan)
+    jobs = len(given.machines) * episodes
+    if threads is None:
+        threads = len(os.sched_getaffinity(0)) if jobs * samples * given.substeps >= WORTH_THREADS else 1
+    threads = max(1, min(threads, jobs))
+
+    def share(k: int) -> None:
+        _kernel(*given, substeps is None, k, threads, out)
+
+    if threads == 1:
+        share(0)
+    else:
+        # Threads of our own rather than numba's: its default layer must not be entered from two threads at once.
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(share, range(threads)))
+    return out
+
+
+class Prepared(NamedTuple):
+    """What a kernel is given: inputs in the types that it is compiled for, shapes and values checked."""
+
+    machines: np.ndarray
+    command: np.ndarray
+    first: np.ndarray
+    gains: np.ndarray
+    sample_time: float
+    lengths: np.ndarray
+    observed: np.ndarray  # [E, 0, 2] where leak is 0
+    leak: float
+    times: np.ndarray  # [E, 0], as what follows, where there is none
+    scale: np.ndarray
+    external: np.ndarray
+    load_inertia: np.ndarray
+    substeps: int
+    tables: np.ndarray  # `Tables.array`
+
+
+def prepared(
+    machines: np.ndarray,
+    command: np.ndarray,
+    first: np.ndarray,
+    sample_time: float,
+    *,
+    times: np.ndarray | None = None,
+    scale: np.ndarray | None = None,
+    external: np.ndarray | None = None,
+    load_inertia: np.ndarray | None = None,
+    gains: np.ndarray | None = None,
+    lengths: np.ndarray | None = None,
+    observed: np.ndarray | None = None,
+    leak: float = 0.0,
+    substeps: int | None = None,
+    tables: Tables | None = None,
+) -> Prepared:
+    """The inputs of `simulate`. Raises UserError as it does."""
+    layout = tables or _NO_TABLES
     machines, command, first = (np.require(x, np.float64, _PLAIN) for x in (machines, command, first))
-    episodes, samples = _check(machines, command, first, sample_time, (tables or _NO_TABLES).width)
+    episodes, samples = _check(machines, command, first, sample_time, layout.width)
     lengths = np.full(episodes, samples) if lengths is None else np.require(lengths, np.int64, _PLAIN)
     if lengths.shape != (episodes,) or (episodes and not 0 <= lengths.min() <= lengths.max() <= samples):
         raise UserError(f"lengths {lengths}: expected {episodes} numbers from 0 to {samples}")
@@ -91,27 +151,12 @@ def simulate(
     if substeps is not None and substeps < 1:
         raise UserError(f"substeps is {substeps}, expected 1 or more")
     steps = substeps or max(1, math.ceil(sample_time / STEP - 1e-9))
-    out = np.full((len(machines), episodes, samples, 2), np.nan)
-    jobs = len(machines) * episodes
-    if threads is None:
-        threads = len(os.sched_getaffinity(0)) if jobs * samples * steps >= WORTH_THREADS else 1
-    threads = max(1, min(threads, jobs))
     gains = np.ones(episodes) if gains is None else np.require(gains, np.float64, _PLAIN)
     if gains.shape != (episodes,):
         raise UserError(f"gains are {gains.shape}, expected {(episodes,)}")
     inputs = (command, first, gains, float(sample_time), lengths, observed, float(leak))
     clock = _clock(machines, command, sample_time, lengths, times, scale, external, load_inertia)
-
-    def share(k: int) -> None:
-        _kernel(machines, *inputs, *clock, steps, substeps is None, layout, k, threads, out)
-
-    if threads == 1:
-        share(0)
-    else:
-        # Threads of our own rather than numba's: its default layer must not be entered from two threads at once.
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(share, range(threads)))
-    return out
+    return Prepared(machines, *inputs, *clock, steps, layout.array())
 
 
 def _check(
@@ -189,8 +234,8 @@ def _compile(sources: str) -> Callable[..., Any]:
         external: np.ndarray,
         load_inertia: np.ndarray,
         substeps: int,
-        fewest: bool,
         tables: np.ndarray,
+        fewest: bool,
         share: int,
         shares: int,
         out: np.ndarray,
@@ -200,16 +245,13 @@ def _compile(sources: str) -> Callable[..., Any]:
         for job in range(share, machines.shape[0] * episodes, shares):
             c, e = divmod(job, episodes)
             row = machines[c]
-            machine = of_gains(JointMachine(*to_fixed_tuple(row, _WIDTH)), gains[e])  # type: ignore[call-arg]
+            machine = of_gains(machine_at(pointer(row)), gains[e])
             heights = row[_WIDTH:]
             states = out[c, e, : lengths[e]]
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
             clocked = times.shape[1] > 0
             steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
-            given = (scale.shape[1] > 0, external.shape[1] > 0, load_inertia.shape[1] > 0)
-            parts = max(external.shape[1], load_inertia.shape[1]) // command.shape[1] if given[1] or given[2] else 1
-            loads = (parts, pointer(external[e]), pointer(load_inertia[e]))
-            inputs = (pointer(times[e]), given, pointer(scale[e]), *loads)
+            inputs = log_inputs(times[e], scale[e], external[e], load_inertia[e], command.shape[1])
             before = (pointer(command[e]), (first[e, 0], first[e, 1]), pointer(observed[e]))
             log = JointLog(lengths[e], *before, leak, sample_time, steps, *inputs)
             if clocked and one:

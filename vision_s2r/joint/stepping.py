@@ -8,14 +8,14 @@ from typing import Any
 
 import numba
 import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint.drive import counted, glides, held, needs_velocity, steady
 from vision_s2r.joint.effects.latency import split_delay
 from vision_s2r.joint.log import segments
-from vision_s2r.joint.machine import COLUMNS, JointMachine, check
+from vision_s2r.joint.machine import COLUMNS, check, machine_at
 from vision_s2r.joint.one_mass import one_mass_sample, one_mass_start
+from vision_s2r.joint.pointer import pointer, shifted
 from vision_s2r.joint.simulation import STEP, digest
 from vision_s2r.joint.tables import Tables
 from vision_s2r.joint.two_masses import (
@@ -237,7 +237,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
         sources  # noqa: B018
         none = np.empty(0)
         for n in which:
-            machine = JointMachine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            machine = machine_at(shifted(pointer(machines), n * _WIDTH))
             position, velocity = states[n, 0], states[n, 1]
             if machine.backlash_width == 0 and not sprung(machine):
                 _, _, weight, other = one_mass_start(machine, layout, none, position, velocity)
@@ -271,7 +271,7 @@ def _compile(sources: str) -> tuple[Any, Any]:
         ring = sent.shape[1]
         count = len(machines)
         for n in range(share * count // shares, (share + 1) * count // shares):
-            machine = JointMachine(*to_fixed_tuple(machines[n], _WIDTH))  # type: ignore[call-arg]
+            machine = machine_at(shifted(pointer(machines), n * _WIDTH))
             k, sample_time = samples[n], sample_times[n]
             sent[n, k % ring] = command[n]
             whole, fraction = split_delay(machine.latency_delay, sample_time)

@@ -13,7 +13,6 @@ from typing import Any
 import mujoco
 import numba
 import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vision_s2r.arm import sweep
 from vision_s2r.arm.sweep import log_of
@@ -23,7 +22,8 @@ from vision_s2r.fit.case import Values
 from vision_s2r.joint import COLUMNS, NominalJoint, pack
 from vision_s2r.joint.clock import inputs_of
 from vision_s2r.joint.drive import commanded, dry, on_load, on_motor, viscous, weight_at
-from vision_s2r.joint.machine import JointMachine
+from vision_s2r.joint.machine import machine_at
+from vision_s2r.joint.pointer import pointer, shifted
 from vision_s2r.joint.simulation import digest
 from vision_s2r.joint.tables import Tables
 from vision_s2r.recording import ArmRecording
@@ -31,7 +31,6 @@ from vision_s2r.recording import ArmRecording
 TWO_MASSES = ("backlash", "compliance")  # each divides a joint in two, of which MuJoCo's is one
 KEPT = 64  # commands that are remembered at least
 
-_WIDTH = len(COLUMNS)
 _DELAY = COLUMNS.index("latency.delay")
 
 
@@ -130,8 +129,9 @@ def _compile(sources: str) -> Callable[..., Any]:
         sources  # noqa: B018
         none = np.empty(0)
         for j in range(len(machines)):
-            machine = JointMachine(*to_fixed_tuple(machines[j], _WIDTH))  # type: ignore[call-arg]
-            log = log_of(commands[j][: len(times)], first[j], step[1], times)
+            machine = machine_at(shifted(pointer(machines), j * machines.shape[1]))
+            ends = (first[j, 0], first[j, 1])
+            log = log_of(shifted(pointer(commands), j * commands.shape[1]), len(times), ends, step[1], pointer(times))
             position, velocity = states[j, 0], states[j, 1]
             cursor = (acting[j], 0, points[j, 0], points[j, 1], points[j, 2])
             given, cursor = inputs_of(machine, log, cursor, step[0], step[1], (position, velocity))

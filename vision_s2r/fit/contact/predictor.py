@@ -19,6 +19,7 @@ from vision_s2r.contact import simulate
 from vision_s2r.fit.contact.space import ContactSpace
 from vision_s2r.fit.contact.stretches import ORDERS, Stretches, none_of, outside
 from vision_s2r.fit.contact.windows import ContactTrack, Windows, difference
+from vision_s2r.fit.maximum_likelihood import Residuals
 
 STEP = 0.0025  # s, of the integrator in touch, at most
 FINER = 4  # times the steps, for the integrator's own error
@@ -32,7 +33,7 @@ _Known = OrderedDict[bytes, tuple[np.ndarray, np.ndarray]]  # residuals [R, 6·O
 
 
 @dataclass(frozen=True)
-class Predictor:
+class Predictor(Residuals[ContactSpace]):
     """Runs points of spaces over R rows of a track: windows, and stretches behind them."""
 
     track: ContactTrack
@@ -122,12 +123,6 @@ class Predictor:
             apart = difference(of.measured[alike, :longest], np.nan_to_num(states))
             out[alike] = of.basis[alike, :, :longest] @ apart
         return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(index), -1))
-
-    def slopes(self, space: ContactSpace, point: np.ndarray, rows: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals [R, 6·ORDERS, 1] of a point [D], and their change with each coordinate [D, R, 6·ORDERS, 1]."""
-        points, steps = space.differences(point)
-        residuals = self.residuals(space, points, rows)
-        return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
 
     def run(
         self, space: ContactSpace, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1

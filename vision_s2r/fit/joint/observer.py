@@ -7,13 +7,17 @@ leads it back. A load that swings while the drive is off has only the observer.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from vision_s2r.fit.joint.discrepancy import Discrepancy
 from vision_s2r.fit.joint.space import INDEX, JointSpace
 from vision_s2r.fit.joint.track import JointTrack
+from vision_s2r.fit.maximum_likelihood import Residuals
 
+WORTH = 16  # torques at least, whose tangents take no longer than differences
+NUDGE = 1e-6  # of a state, that slopes of what a sensor shows are taken over
 FAR = 1e100  # of a residual where a simulation runs away: its square is still a number
 
 
@@ -34,7 +38,7 @@ class _Inputs:
         return _Inputs(self.command[rows], self.measured[rows], self.sensor, load, None, gain)
 
 
-class Observer:
+class Observer(Residuals[JointSpace]):
     """Runs points of spaces over episodes of a track."""
 
     def __init__(self, track: JointTrack, substeps: int, noise: float) -> None:
@@ -63,11 +67,95 @@ class Observer:
             out[:, np.isnan(measured)] = 0.0
         return np.clip(out, -FAR, FAR, out=out)
 
-    def slopes(self, space: JointSpace, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals [E, T, channels] of a point [D], and their change with each coordinate [D, E, T, channels]."""
-        points, steps = space.differences(point)
-        residuals = self.residuals(space, points, episodes)
-        return residuals[0], (residuals[1:] - residuals[0]) / steps[:, None, None, None]
+    def slopes(
+        self, space: JointSpace, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float = 1.0
+    ) -> np.ndarray:
+        """As of all residuals; of torques by the tangents of one run."""
+        out = np.empty((space.size, *here.shape))
+        torques, of_torques = self.tangents(space, point, episodes)
+        others = np.setdiff1d(np.arange(space.size), torques)
+        out[torques] = of_torques
+        out[others] = self.by_differences(space, point, here, episodes, stride, others)
+        return out
+
+    def tangents(self, space: JointSpace, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """`slopes` [K, E, T, channels] of those coordinates [K] that are torques, in little more than a run's time.
+
+        Of a servo that neither play nor a spring divides; none of others, nor where they are few, or run away.
+        """
+        index, machine = np.asarray(episodes), space.machines(point[None])[0]
+        divided = machine[INDEX["backlash.width"]] > 0 or machine[INDEX["compliance.stiffness"]] < np.inf
+        torques = sum(each.size for each in space.discrepancies if each.axis or each.gain or each.load)
+        if divided or not self.track.servo or torques < WORTH:
+            return np.zeros(0, int), np.zeros((0, *self.seen[index].shape))
+        ((_, given),) = self._inputs(space, point[None], index)
+        which, drive, load = self._torques(space, point, index, given)
+        moved = self._moved(space, machine, index, given, drive, load)
+        if given.sensor:
+            states = self._simulated(space, machine[None], index, given)[0]
+            for shown, coefficients in given.sensor:
+                states, moved = _as_shown(shown, coefficients, states, moved)
+        slopes = np.where(np.isnan(self.seen[index]), 0.0, -np.moveaxis(moved[:, :, : self.channels], -1, 0))
+        # Of a motion that is chaotic, as of a drive that excites itself, tangents grow for ever, and tell nothing.
+        moved_by_a_step = np.abs(slopes[..., 0]).max(axis=(1, 2)) * space.step[which]
+        told = moved_by_a_step < self.track.scales.span
+        return which[told], slopes[told]
+
+    def _torques(
+        self, space: JointSpace, point: np.ndarray, index: np.ndarray, given: _Inputs
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Coordinates [K] that are torques: heights of tables, factors of the drive's torque, and loads.
+
+        And what a unit of each adds to the drive's factor [E, G, T] and to the torque on the load [E, F, T].
+        """
+        scale, owner = self.track.inputs.scale, np.array(space.owner)
+        factor = np.ones(given.measured.shape[:2]) if scale is None else scale[index, :: self.track.inputs.every]
+        factor = factor if given.gain is None else factor * given.gain
+        which = [np.flatnonzero(owner == each.name) for each in space.discrepancies if each.axis]
+        found: dict[str, list[np.ndarray]] = {"gain": [], "load": []}
+        for of, rows in found.items():
+            for each in space.discrepancies:
+                if (acting := getattr(each, of)) is None:
+                    continue
+                which.append(np.flatnonzero(owner == each.name))
+                here = space.part(point[None], each)[0]
+                now = acting(here)[index]
+                of_all = factor / now if of == "gain" else np.ones(factor.shape)
+                rows += [(acting(here + unit)[index] - now) * of_all for unit in np.eye(each.size)]
+        drive, load = (np.stack([np.zeros(factor.shape), *rows], axis=1)[:, 1:] for rows in found.values())
+        return np.concatenate([np.zeros(0, int), *which]), drive, load
+
+    def _moved(
+        self,
+        space: JointSpace,
+        machine: np.ndarray,
+        index: np.ndarray,
+        given: _Inputs,
+        drive: np.ndarray,
+        load: np.ndarray,
+    ) -> np.ndarray:
+        """How states [E, T, 2, K] change with torques."""
+        track = self.track
+        if given.zero is not None:
+            moved = np.empty((*given.measured.shape, len(machine) - len(INDEX) + drive.shape[1] + load.shape[1]))
+            for more in np.unique(given.zero):
+                rows, shifted = given.zero == more, machine.copy()
+                shifted[INDEX["position_offset"]] += more
+                moved[rows] = self._moved(space, shifted, index[rows], given.of(rows), drive[rows], load[rows])
+            return moved
+        scales = track.scales
+        sizes = scales.span, scales.peak_speed, scales.peak_torque
+        return track.inputs.tangents(
+            machine,
+            self._first(index, given),
+            self.substeps,
+            space.tables,
+            index,
+            sizes,
+            drive,
+            load,
+            self._led(index, given),
+        )
 
     def led(self, space: JointSpace, point: np.ndarray) -> np.ndarray:
         """States [E, T, 2] that the observer predicts for all episodes."""
@@ -100,12 +188,21 @@ class Observer:
                 moved[:, INDEX["position_offset"]] += more
                 states[:, rows] = self._simulated(space, moved, index[rows], given.of(rows))
             return states
-        first = track.first[index]
-        # Where an episode begins at rest, its velocity is no measurement.
-        first = np.where(first == track.observed[index, 0], given.measured[:, 0], first)
+        ran = machines, self._first(index, given), self.substeps, space.tables, index
+        return track.inputs.run(*ran, **self._led(index, given))
+
+    def _first(self, index: np.ndarray, given: _Inputs) -> np.ndarray:
+        """States [E, 2] that episodes begin in: where one begins at rest, its velocity is no measurement."""
+        first = self.track.first[index]
+        return np.where(first == self.track.observed[index, 0], given.measured[:, 0], first)
+
+    def _led(self, index: np.ndarray, given: _Inputs) -> dict[str, Any]:
+        """What goes into episodes, and leads them."""
+        track = self.track
         led = np.where(track.led[index][..., None], given.measured, np.nan) if track.leak else None
-        ran = machines, first, self.substeps, space.tables, index, given.command, led, track.leak, given.load
-        return track.inputs.run(*ran, given.gain)
+        return {
+            "command": given.command, "observed": led, "leak": track.leak, "load": given.load, "gain": given.gain
+        }  # fmt: skip
 
     def _inputs(self, space: JointSpace, points: np.ndarray, index: np.ndarray):  # type: ignore[no-untyped-def]
         """Points that share all of what goes in and comes out, and that."""
@@ -147,3 +244,16 @@ class Observer:
                 targets = np.stack([given.command, given.command], axis=-1)
                 given = replace(given, command=by.measured(targets, coefficients)[..., 0])
         return given
+
+
+def _as_shown(
+    shown: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    coefficients: np.ndarray,
+    states: np.ndarray,
+    moved: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """States [E, T, 2] and their changes [E, T, 2, K] as a sensor shows them."""
+    now, bent = shown(states, coefficients), np.zeros((*states.shape, 2))
+    for k, nudge in enumerate(NUDGE * np.eye(2)):
+        bent[..., k] = (shown(states + nudge, coefficients) - now) / NUDGE
+    return now, bent @ moved

@@ -230,14 +230,16 @@ class SmoothUnknown:
         space = self._fitter.space(names)
         point = space.start(hypothesis)
         layout = _Layout(space, space.believed(point))
-        points, steps = space.differences(point)
-        here = self._residuals(space, points)
-        weight = np.sqrt(influence(here[0], self._profile(here[0])[0]) * self._floor.temper * self._inside[..., None])
-        slopes = (here[1:] - here[0]) * (layout.unit / steps)[:, None, None, None] * weight
+        fitter, episodes = self._fitter, range(len(self._fitter.track.lengths))
+        alone = fitter.observer.residuals(space, point[None], episodes)[0]
+        slopes = fitter.observer.slopes(space, point, alone, episodes)
+        here, slopes = (beside(self._gain, each, fitter.track) for each in (alone, slopes))
+        weight = np.sqrt(influence(here, self._profile(here)[0]) * self._floor.temper * self._inside[..., None])
+        slopes = slopes * layout.unit[:, None, None, None] * weight
         slopes = slopes.reshape(len(point), -1)
         slopes[~np.isfinite(slopes).all(axis=1)] = 0.0  # a step from there runs away
         stiffness = space.stiffness(point, layout.centre) * layout.unit**2
-        return _Linear(layout, point, weight, slopes, (here[0] * weight).ravel(), stiffness)
+        return _Linear(layout, point, weight, slopes, (here * weight).ravel(), stiffness)
 
     def _about(self, hypothesis: Hypothesis) -> _Linear:
         """The linear problem at a hypothesis, which folds and screens share: the last is kept."""

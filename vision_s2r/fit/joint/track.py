@@ -3,11 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from vision_s2r.fit.joint.slopes import slopes
 from vision_s2r.joint import NominalJoint, Tables, simulate
+from vision_s2r.joint.simulation import prepared
+from vision_s2r.joint.tangent import tangents
 from vision_s2r.recording import JointRecording
 
 LEAK = 1 / 30  # of the observer, a sample; a position servo whose drive is on holds its own state, and runs free
@@ -74,6 +77,43 @@ class EpisodeInputs:
         `load` is a torque on the load beside all others, constant [E, 1] or of each row of the track [E, T]; `gain`
         [E, T] is a factor of the drive's torque.
         """
+        given = self._given(episodes, command, observed, leak, load, gain)
+        states = simulate(machines, first=first, substeps=substeps, tables=tables, threads=1, **given)
+        return states[:, :, :: self.every]
+
+    def tangents(
+        self,
+        machine: np.ndarray,
+        first: np.ndarray,
+        substeps: int,
+        tables: Tables | None,
+        episodes: np.ndarray,
+        sizes: tuple[float, float, float],
+        drive: np.ndarray,
+        load: np.ndarray,
+        given: Mapping[str, Any],
+    ) -> np.ndarray:
+        """How states [E, T, 2, H + G + F] of a machine [P + H] change with torques: see `joint.tangent`.
+
+        `drive` [E, G, T] and `load` [E, F, T] are of rows of the track; `given` is what `run` takes by name.
+        """
+        inputs = prepared(
+            machine[None], first=first, substeps=substeps, tables=tables, **self._given(episodes, **given)
+        )
+        samples = self.command.shape[1]
+        pushes = (_spread(each, samples, self.every) for each in (drive, load))
+        return tangents(inputs, sizes, *pushes)[:, :: self.every]
+
+    def _given(
+        self,
+        episodes: np.ndarray | slice,
+        command: np.ndarray | None,
+        observed: np.ndarray | None,
+        leak: float,
+        load: np.ndarray | None,
+        gain: np.ndarray | None,
+    ) -> dict[str, Any]:
+        """What `simulate` takes by name."""
         external = None if self.external is None else self.external[episodes]
         inertia = None if self.load_inertia is None else self.load_inertia[episodes]
         scale = None if self.scale is None else self.scale[episodes]
@@ -87,24 +127,18 @@ class EpisodeInputs:
         if observed is not None and self.every > 1:
             kept, observed = observed, np.full((*self.command[episodes].shape, 2), np.nan)
             observed[:, :: self.every] = kept
-        states = simulate(
-            machines,
-            self.command[episodes] if command is None else command,
-            first,
-            self.sample_time,
-            times=None if self.times is None else self.times[episodes],
-            scale=scale,
-            external=external,
-            load_inertia=inertia,
-            gains=None if self.gains is None else self.gains[episodes],
-            lengths=self.lengths[episodes],
-            observed=observed,
-            leak=leak,
-            substeps=substeps,
-            tables=tables,
-            threads=1,
-        )
-        return states[:, :, :: self.every]
+        return {
+            "command": self.command[episodes] if command is None else command,
+            "sample_time": self.sample_time,
+            "times": None if self.times is None else self.times[episodes],
+            "scale": scale,
+            "external": external,
+            "load_inertia": inertia,
+            "gains": None if self.gains is None else self.gains[episodes],
+            "lengths": self.lengths[episodes],
+            "observed": observed,
+            "leak": leak,
+        }
 
 
 @dataclass(frozen=True)
@@ -204,8 +238,8 @@ def with_load(external: np.ndarray | None, like: np.ndarray, load: np.ndarray) -
 
 
 def _spread(values: np.ndarray, samples: int, every: int) -> np.ndarray:
-    """Values [E, T] of a track's rows as those of all samples [E, N]."""
-    return np.repeat(values, every, axis=1)[:, :samples]
+    """Values [..., T] of a track's rows as those of all samples [..., N]."""
+    return np.repeat(values, every, axis=-1)[..., :samples]
 
 
 def led_by(track: JointTrack, predicted: np.ndarray) -> JointTrack:
