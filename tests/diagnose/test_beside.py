@@ -28,6 +28,7 @@ class Evident:
 
 @pytest.mark.parametrize(("guessed", "expected"), [((), {"friction", "limit"}), (("damping",), {"friction"})])
 def test_beside_guesses_more_is_asked_of_a_name(guessed, expected):
-    assessor = SimpleNamespace(cfg=SearchConfig(), left=lambda found: 0.0, begun=[])
+    in_turn = lambda function, calls: [function(*call) for call in calls]  # noqa: E731
+    assessor = SimpleNamespace(cfg=SearchConfig(), left=lambda found: 0.0, begun=[], run=in_turn)
     search = BesideUnknownSearch(Evident(guessed), assessor, ["friction", "limit"], frozenset())
     assert search.best([(frozenset(), NOMINAL)]).values.keys() == expected

@@ -27,7 +27,7 @@ from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.arm.several import fitted_sets, grown_sets, refined
 from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
-from vision_s2r.fit.case import Experiment, Values
+from vision_s2r.fit.case import Case, Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
 from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
@@ -162,10 +162,8 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
         every = zip(made.joints.items(), runs.noise, strict=True)
         rest = {name: _off(joint) / noise for (name, joint), noise in every if name not in parts}
         name = max(rest, key=lambda each: rest[each])
-        likely = _likely(runs, made, name, near, weight, own, jobs)
-        if likely != near:
-            made = problems(recording, motions(runs, likely), weight)
-        parts[name] = diagnose_one(made.joints[name], own, jobs)
+        likely, made, case = _likely(runs, made, name, near, weight, own, jobs)
+        parts[name] = diagnose_one(made.joints[name], own, jobs, case)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
         near = min(likely, told, key=lambda each: runs.error(name, each))
         if near != likely:
@@ -213,13 +211,14 @@ def _of_joints(cfg: DiagnoseConfig, *names: str) -> DiagnoseConfig:
 
 def _likely(
     runs: FreeRuns, made: Problems, joint: str, near: Values, weight: Values, cfg: DiagnoseConfig, jobs: int
-) -> dict[str, Mapping[str, float]]:
+) -> tuple[dict[str, Mapping[str, float]], Problems, Case | None]:
     """Effects with which the arm moves much as it did, those of this joint by a first look at its problem.
 
-    Where a joint is far off, so are the accelerations of those that it shakes, and what measured motion says of them is
-    blurred where commands step. Nothing of this is reported.
+    With them the joints' problems, and this one's case where it is open already. Where a joint is far off, so are the
+    accelerations of those that it shakes, and what measured motion says of them is blurred where commands step. Nothing
+    of this is reported.
     """
-    best, noise = dict(near), runs.noise[list(made.joints).index(joint)]
+    best, noise, case = dict(near), runs.noise[list(made.joints).index(joint)], None
     for _ in range(LOOKS):
         if runs.error(joint, best) < REMARKABLE * noise**2:
             break
@@ -228,9 +227,9 @@ def _likely(
         guess = best | made.of_arm(joint, case.likely.values)
         if runs.error(joint, guess) > NEARER * runs.error(joint, best):
             break
-        best = guess
+        best, case = guess, None
         made = problems(runs.recording, motions(runs, best), weight)
-    return best
+    return best, made, None if cfg.quick else case
 
 
 def _off(joint: JointRecording) -> float:

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from vision_s2r import parallel
 from vision_s2r.diagnose.config import SearchConfig
-from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names
+from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names, Segments
 from vision_s2r.fit.selection import EVIDENCE
 from vision_s2r.statistics import lower_bound
 
@@ -18,6 +18,8 @@ SURE = 0.975  # the lower end of an interval of 95 %
 HOPELESS = 1.0  # rest of a set that was fitted to it all, beside one that leaves nothing
 SEEN = 0.2  # of what there is over the floor
 ALLOWED = 0.75  # of the allowance for effects unlike their definitions, that a name must take away
+
+R = TypeVar("R")
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,7 @@ class Assessor:
         """
         todo = list({(names, id(start)): (names, start) for names, start in wanted}.values())
         new = [each for each in todo if each[0] not in self._fitted or self._likelier(*each)]
-        for (names, _), result in zip(new, self._parallel(self._fit, new), strict=True):
+        for (names, _), result in zip(new, self.run(self._fit, new), strict=True):
             if names not in self._fitted or result[1] > self._fitted[names][1]:
                 self._fitted[names] = result
                 self._assessed.pop(names, None)
@@ -103,9 +105,12 @@ class Assessor:
         """Sets with their scores, in the order asked for."""
         wanted = list(wanted)
         self.fit(wanted)
-        new = list(dict.fromkeys((names,) for names, _ in wanted if names not in self._assessed))
-        for (names,), result in zip(new, self._parallel(self._hold_out, new), strict=True):
-            self._assessed[names] = result
+        new = list(dict.fromkeys(names for names, _ in wanted if names not in self._assessed))
+        # The first fold of a set finds the derivatives that its others share.
+        found = self.run(self._hold_out, [(names, self.folds[0]) for names in new])
+        found += self.run(self._hold_out, [(names, held) for held in self.folds[1:] for names in new])
+        for k, names in enumerate(new):
+            self._assessed[names] = self._assessment(names, found[k :: len(new)])
         return [self._assessed[names] for names, _ in wanted]
 
     def likeliest(self, wanted: Iterable[tuple[Names, Hypothesis]], count: int) -> list[Assessment]:
@@ -210,18 +215,22 @@ class Assessor:
         hypothesis = self.case.fit(names, range(self.case.segments), start)
         return hypothesis, self._loglik(hypothesis)
 
-    def _hold_out(self, names: Names) -> Assessment:
-        case, whole = self.case, self._fitted[names][0]
-        loglik: dict[int, np.ndarray] = {}
-        excess = np.empty(case.segments)
-        folds = []
-        for held in self.folds:
-            fitted = case.fit(names, [segment for segment in range(case.segments) if segment not in held], whole)
-            folds.append(fitted)
-            loglik |= dict(zip(held, case.loglik(fitted, held), strict=True))
-            excess[list(held)] = case.excess(fitted, held)
-        blocks = np.concatenate([loglik[segment] for segment in range(case.segments)])
-        return Assessment(names, whole, tuple(folds), blocks, excess)
+    def _hold_out(self, names: Names, held: Segments) -> tuple[Hypothesis, list[np.ndarray], np.ndarray]:
+        """The fit without a fold's segments, and of each of these log-likelihood [blocks] (nats) and excess."""
+        case = self.case
+        rest = [segment for segment in range(case.segments) if segment not in held]
+        fitted = case.fit(names, rest, self._fitted[names][0])
+        return fitted, case.loglik(fitted, held), case.excess(fitted, held)
 
-    def _parallel(self, function: Callable[..., Any], calls: Sequence[tuple[Any, ...]]) -> list[Any]:
+    def _assessment(self, names: Names, folds: Sequence[tuple[Hypothesis, list[np.ndarray], np.ndarray]]) -> Assessment:
+        loglik: dict[int, np.ndarray] = {}
+        excess = np.empty(self.case.segments)
+        for held, (_, blocks, beyond) in zip(self.folds, folds, strict=True):
+            loglik |= dict(zip(held, blocks, strict=True))
+            excess[list(held)] = beyond
+        whole = np.concatenate([loglik[segment] for segment in range(self.case.segments)])
+        return Assessment(names, self._fitted[names][0], tuple(fitted for fitted, _, _ in folds), whole, excess)
+
+    def run(self, function: Callable[..., R], calls: Sequence[tuple[Any, ...]]) -> list[R]:
+        """What a function returns for each of these calls, several of them at a time."""
         return list(parallel.run(function, calls, self._jobs, threads=True))

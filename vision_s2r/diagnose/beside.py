@@ -37,7 +37,7 @@ class BesideUnknownSearch:
 
         `disturbance` is in every set, too: the case's, where functions do not do all of the unknown's work.
         """
-        self._case, self._cfg, self._left = case, assessor.cfg, assessor.left
+        self._case, self._cfg, self._left, self._run = case, assessor.cfg, assessor.left, assessor.run
         self._candidates, self._always = frozenset(candidates), always | disturbance
         self._unknown, self._disturbed = frozenset(case.discrepancies), bool(disturbance)
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
@@ -62,10 +62,10 @@ class BesideUnknownSearch:
 
     def best(self, begun: Iterable[tuple[Names, Hypothesis]]) -> Hypothesis:
         """The hypothesis of most evidence, from the first of these sets and what is near them; if they come near."""
+        first: dict[Names, Hypothesis] = {}
         for names, hypothesis in begun:
-            effects = names & self._candidates
-            if effects not in self._fitted and len(self._fitted) < BEGUN:
-                self._fit(effects, hypothesis)
+            first.setdefault(names & self._candidates, hypothesis)
+        self._fits([each for each in first.items() if each[0] not in self._fitted][: BEGUN - len(self._fitted)])
         if not self._disturbed and all(self._left(of) > FAR for of in self._fitted.values()):
             return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
@@ -79,6 +79,10 @@ class BesideUnknownSearch:
             if self._score(better) <= self._score(best) or self._starts.total() > MOST_FITS:
                 return max(better, best, key=self._score)
             best = better
+
+    def _fits(self, begun: Sequence[tuple[Names, Hypothesis]]) -> list[Hypothesis]:
+        """`_fit` of different sets from these starts, several at a time."""
+        return self._run(self._fit, begun)
 
     def _fit(self, effects: Names, start: Hypothesis) -> Hypothesis:
         """The set's fit of most evidence so far, the one from this start among them."""
@@ -113,12 +117,11 @@ class BesideUnknownSearch:
             yield from self._more(less, FOLLOWED // 2, name)
 
     def _less(self, best: Hypothesis) -> Iterable[Hypothesis]:
-        for name in sorted(self._effects(best)):
-            yield self._fit(self._effects(best) - {name}, best)
+        yield from self._fits([(self._effects(best) - {name}, best) for name in sorted(self._effects(best))])
 
     def _more(self, beside: Hypothesis, most: int, but: str = "") -> Iterable[Hypothesis]:
         effects = self._effects(beside)
         if len(effects) < self._cfg.most:
             starts = self._case.starts_beside(beside, sorted(self._candidates - effects - {but}))
             promising = sorted(starts, key=lambda name: -starts[name][0])[:most]
-            yield from (self._fit(effects | {n}, starts[n][1]) for n in promising if starts[n][0] > VISIBLE)
+            yield from self._fits([(effects | {n}, starts[n][1]) for n in promising if starts[n][0] > VISIBLE])

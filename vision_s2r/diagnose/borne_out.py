@@ -48,7 +48,7 @@ def idle(
         gains = _of_no_use(runs, held_out, gone, asked, least, seed, jobs)
         if gains:
             least_of_all = min(gains, key=lambda name: (gains[name], name))
-            gone, left, asked = gone | {least_of_all}, left - {least_of_all}, gains.keys() - {least_of_all}
+            gone, left, asked = gone | {least_of_all}, left - {least_of_all}, frozenset(gains) - {least_of_all}
         elif asked == left:
             return gone
         else:

@@ -47,10 +47,10 @@ class Diagnosis(SavedDiagnosis):
         return figures(self.recording, simulator.hypothesis.values, before, after, self.case.unit)
 
 
-def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1) -> Diagnosis:
-    """Diagnose a recording with `jobs` threads. Raises UserError as `diagnose` does."""
+def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1, opened: Case | None = None) -> Diagnosis:
+    """Diagnose a recording with `jobs` threads; `opened` is its case, where there is one. UserError as `diagnose`."""
     recording = part_of(recording) if cfg.quick else recording
-    case: Any = open_case(recording, cfg.withhold, jobs)
+    case: Any = opened or open_case(recording, cfg.withhold, jobs)
     limits = _limits(recording, cfg)
     limits = quickly(limits) if cfg.quick else limits
     assessor = Assessor(case, limits, jobs, cfg.seed)

@@ -144,7 +144,7 @@ def _extreme(parameter: Parameter, value: np.ndarray, extreme: Callable[[np.ndar
 @compiled
 def machine_at(row: Pointer) -> JointMachine:
     """The machine that a row of `pack` is."""
-    return JointMachine(*numbers(row, _WIDTH))  # type: ignore[call-arg]
+    return JointMachine(*numbers(row, _WIDTH))
 
 
 @compiled

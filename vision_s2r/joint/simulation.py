@@ -155,8 +155,8 @@ def prepared(
     if gains.shape != (episodes,):
         raise UserError(f"gains are {gains.shape}, expected {(episodes,)}")
     inputs = (command, first, gains, float(sample_time), lengths, observed, float(leak))
-    clock = _clock(machines, command, sample_time, lengths, times, scale, external, load_inertia)
-    return Prepared(machines, *inputs, *clock, steps, layout.array())
+    at, factor, pull, heavier = _clock(machines, command, sample_time, lengths, times, scale, external, load_inertia)
+    return Prepared(machines, *inputs, at, factor, pull, heavier, steps, layout.array())
 
 
 def _check(

@@ -226,13 +226,16 @@ def _compile(sources: str) -> Callable[..., None]:
                     asked = commanded(machine, tables, none, acting, values[0], middle, middle)
                     root = math.copysign(math.sqrt(abs(asked)), asked)
                     _push_over(shifted(pointer(tables), 9), behind, root, bend, _DRIVE, moved, torques)
-                now = max(row - 1, 0)
+                # A row that begins within the step acts for the rest of it.
+                now, begins = max(row - 1, 0), min(max((log.times[row] - time) / step, 0.0), 1.0)
                 for g in range(drive.shape[2]):
-                    if drive[e, now, g] != 0:
-                        _push(bend, _FACTOR, moved, torques, len(heights) + g, drive[e, now, g])
+                    much = begins * drive[e, now, g] + (1 - begins) * drive[e, row, g]
+                    if much != 0:
+                        _push(bend, _FACTOR, moved, torques, len(heights) + g, much)
                 for f in range(load.shape[2]):
-                    if load[e, now, f] != 0:
-                        _push(bend, _LOAD, moved, torques, of_drive + f, load[e, now, f])
+                    much = begins * load[e, now, f] + (1 - begins) * load[e, row, f]
+                    if much != 0:
+                        _push(bend, _LOAD, moved, torques, of_drive + f, much)
                 ends_of_step = ((start[0], start[1]), (state[0], state[1]))
                 following, shift = read_rows(log, row, time, step, ends_of_step[0], ends_of_step[1], states)
                 left = (1.0, 1.0)

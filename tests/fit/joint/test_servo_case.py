@@ -12,6 +12,7 @@ from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
+from vision_s2r.fit.joint.smooth_unknown import ALL
 from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, Tables, pack, simulate
 from vision_s2r.recording import JointRecording
 from vision_s2r.report.reading import diagnosed, values
@@ -349,3 +350,28 @@ def test_a_drive_that_gives_way_under_load_passes_for_no_effect():
     report = diagnose(replace(recording, position=states[..., 0] + noise), DiagnoseConfig()).to_dict()
     resembled = report["unexplained"]["resembles"]  # beside the power drawn, which says much the same
     assert not report["effects"] and any("not proportional to the command" in each for each in resembled)
+
+
+def test_slopes_of_torques_are_those_of_differences_whatever_goes_in_and_comes_out():
+    on = np.where(np.arange(200) % 50 < 30, 1.0, 0.0)  # an observer leads the load while it swings freely
+    smooth = {**NOMINAL, "coulomb_friction": 0.0}  # where a torque has a kink, differences depend on their length
+    recording = a_servo(50.0, {}, on=on, nominal=smooth)
+    case = open_case(replace(recording, source=np.array([0, 0, 0, 1, 1])))
+    observer, rng = case._fitter.observer, np.random.default_rng(0)
+    free = case.refitted - {"coulomb_friction"} | {"position_offset"}
+    space = case._fitter.space(case._with_own(free) | ALL)
+    point = space.start(Hypothesis({"position_offset": {"value": 0.02}}))
+    own = len(space.coordinates)
+    scales = np.concatenate([np.full(each.size, each.scale) for each in space.discrepancies])
+    bent = [owner not in ("input_nonlinearity", "torque_of_velocity") for owner in space.owner[own:]]
+    point[own:] += 0.02 * scales * bent * rng.standard_normal(len(scales))
+    point = np.clip(point, space.low, space.high)
+    episodes = [0, 3, 4]
+    here = observer.residuals(space, point[None], episodes)[0]
+    torques, found = observer.tangents(space, point, episodes)
+    assert {space.owner[k] for k in torques} >= {"torque_of_time", "gain_of_power", "friction_of_position", "own_bias"}
+    expected = observer.by_differences(space, point, here, episodes, 0.01, torques)
+    for slopes, differences in zip(found, expected, strict=True):
+        assert np.linalg.norm(slopes - differences) <= 0.05 * np.linalg.norm(differences) + 1e-3
+    whole = observer.slopes(space, point, here, episodes)
+    np.testing.assert_array_equal(whole[torques], found)

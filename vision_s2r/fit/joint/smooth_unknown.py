@@ -37,6 +37,7 @@ FIRST, AGAIN, NOTHING, LEAST, MOST = 0.01, 1e-4, 1e-7, 1e-9, 10.0
 ROUNDS, SETTLED = 5, 0.3  # of linearization; nats that one has to gain to be followed by another
 SLIGHT = 1e-9  # curvature
 TURNS, ALIKE = 60, 0.03  # of variances; change of their logarithm at which they have settled
+KEPT = 4  # linear problems
 PARTS = (1.0, 0.5, 0.2, 0.05)  # of a step, the first that goes downhill is taken
 
 
@@ -125,7 +126,7 @@ class SmoothUnknown:
         """`floor` is what the noise of the recording is known to be, `gain` that of a disturbance, 0 where none is."""
         self._fitter, self._floor, self._gain = fitter, floor, gain
         self._inside = fitter.track.segment >= 0  # [E, T]
-        self._kept: tuple[object, _Linear] | None = None
+        self._kept: dict[object, _Linear] = {}
         self._screened: dict[object, tuple[float, Hypothesis]] = {}
 
     def disturbed(self, names: Names) -> "SmoothUnknown":
@@ -242,11 +243,13 @@ class SmoothUnknown:
         return _Linear(layout, point, weight, slopes, (here * weight).ravel(), stiffness)
 
     def _about(self, hypothesis: Hypothesis) -> _Linear:
-        """The linear problem at a hypothesis, which folds and screens share: the last is kept."""
+        """The linear problem at a hypothesis, which folds and screens share: the last ones are kept."""
         key, kept = self._key(hypothesis), self._kept
-        if kept is None or kept[0] != key:
-            kept = self._kept = key, self._linear(names_of(hypothesis), hypothesis)
-        return kept[1]
+        if key not in kept:
+            found = self._linear(names_of(hypothesis), hypothesis)
+            self._kept = dict([*kept.items(), (key, found)][-KEPT:])
+            return found
+        return kept[key]
 
     def _key(self, hypothesis: Hypothesis) -> object:
         names = names_of(hypothesis)
