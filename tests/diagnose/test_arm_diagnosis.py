@@ -20,6 +20,7 @@ from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.fit.arm.whole import WholeFit
 from vision_s2r.fit.case import Experiment
+from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.patch.arm import mjcf
 from vision_s2r.report.page import html
 from vision_s2r.report.reading import diagnosed, read_report, values
@@ -182,9 +183,13 @@ def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
     """Loads are then sharp where commands step; by measured accelerations alone they are blurred, and no name fits."""
     runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}, seconds=2.0))
     made = problems(runs.recording, motions(runs, {}), {})
-    near = _likely(runs, made, "elbow", {}, {}, QUICK, 1)
+    near, now, case = _likely(runs, made, "elbow", {}, {}, QUICK, 1)
     assert runs.error("elbow", {}) > 100 * 2e-4**2
     assert runs.error("elbow", near) < 1.2 * 2e-4**2
+    assert case is None and now is not made  # what was opened is of the problem before
+    of_no_use = DiagnoseConfig(withhold=[each.name for each in JOINT_EFFECTS if each.name != "deadband"])
+    near, now, case = _likely(runs, made, "elbow", {}, {}, of_no_use, 1)
+    assert near == {} and now is made and case.recording is made.joints["elbow"]
 
 
 @pytest.mark.parametrize(
