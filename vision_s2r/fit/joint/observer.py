@@ -256,4 +256,5 @@ def _as_shown(
     now, bent = shown(states, coefficients), np.zeros((*states.shape, 2))
     for k, nudge in enumerate(NUDGE * np.eye(2)):
         bent[..., k] = (shown(states + nudge, coefficients) - now) / NUDGE
-    return now, bent @ moved
+    with np.errstate(over="ignore", invalid="ignore"):  # what runs away tells nothing
+        return now, bent @ moved
