@@ -4,7 +4,6 @@ import hashlib
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +19,7 @@ from vision_s2r.contact.room import STATE, ConvexSolid, Room, rooms_of
 from vision_s2r.contact.shape import Shape
 from vision_s2r.contact.terms import NO_TERMS, Terms
 from vision_s2r.errors import UserError
+from vision_s2r.shares import in_shares
 
 STEP = 0.0015  # s; the default step is the longest below it that divides the sample time
 WORTH_THREADS = 60_000  # steps; less than this is over before threads have started
@@ -84,11 +84,7 @@ def simulate(
     def share(k: int) -> None:
         _kernel(machines, corners, inward, *solid, *inputs, k, threads, *rooms_of(shape.contacts, width), out)
 
-    if threads == 1:
-        share(0)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(share, range(threads)))
+    in_shares(share, threads)
     return out
 
 

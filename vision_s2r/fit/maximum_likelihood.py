@@ -63,6 +63,11 @@ class Residuals(ABC, Generic[S]):
         """
         return self.by_differences(space, point, here, episodes, stride, np.arange(space.size))
 
+    def linearized(self, space: S, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals [E, T, channels] at a point [D], and their slopes [D, E, T, channels]."""
+        here = self.residuals(space, point[None], episodes)[0]
+        return here, self.slopes(space, point, here, episodes)
+
     def by_differences(
         self, space: S, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float, which: np.ndarray
     ) -> np.ndarray:

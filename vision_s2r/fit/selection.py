@@ -83,9 +83,7 @@ class Fitter(ABC, Generic[S]):
     def _by_label(self, hypothesis: Hypothesis, labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Curvature [count, D, D] and slope [count, D] of the log-likelihood of the samples of each label [E, T]."""
         space, data = self.space(self.names_of(hypothesis)), self.data(range(self.count))
-        point = space.start(hypothesis)
-        residuals = self.runs.residuals(space, point[None], data.episodes)[0]
-        slopes = self.runs.slopes(space, point, residuals, data.episodes)
+        residuals, slopes = self.runs.linearized(space, space.start(hypothesis), data.episodes)
         scale = np.maximum(np.asarray(hypothesis.extra.get(SCALE, data.floor)), data.floor)
         factor = influence(residuals, scale) * data.temper
         return normal_equations(residuals, slopes, factor, labels, count)

@@ -3,10 +3,8 @@
 import math
 from typing import NamedTuple
 
-import numpy as np
-
 from vision_s2r.joint.compiled import compiled
-from vision_s2r.joint.pointer import Pointer, pointer
+from vision_s2r.joint.pointer import Pointer
 
 
 class JointLog(NamedTuple):
@@ -25,16 +23,6 @@ class JointLog(NamedTuple):
     parts: int  # into which a sample is cut by the following
     external: Pointer  # [T · parts] torque on the load, each held for its part of a sample
     load_inertia: Pointer  # [T · parts] added to the machine's, alike
-
-
-@compiled
-def log_inputs(
-    times: np.ndarray, scale: np.ndarray, external: np.ndarray, load_inertia: np.ndarray, samples: int
-) -> tuple[Pointer, tuple[bool, bool, bool], Pointer, int, Pointer, Pointer]:
-    """The last fields of a log, of inputs that are empty where there are none."""
-    given = (len(scale) > 0, len(external) > 0, len(load_inertia) > 0)
-    parts = max(len(external), len(load_inertia)) // samples if given[1] or given[2] else 1
-    return pointer(times), given, pointer(scale), parts, pointer(external), pointer(load_inertia)
 
 
 @compiled

@@ -5,7 +5,6 @@ import inspect
 import math
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -14,15 +13,17 @@ import numpy as np
 
 from vision_s2r.errors import UserError
 from vision_s2r.joint.clock import clocked_one_mass, clocked_two_masses
+from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import steady
 from vision_s2r.joint.effect import JOINT_EFFECTS
 from vision_s2r.joint.effects.encoder_quantization import quantize
-from vision_s2r.joint.log import JointLog, log_inputs
+from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, check, machine_at, of_gains
 from vision_s2r.joint.one_mass import one_mass
 from vision_s2r.joint.pointer import pointer
 from vision_s2r.joint.tables import Tables
 from vision_s2r.joint.two_masses import two_masses
+from vision_s2r.shares import in_shares
 
 STEP = 0.002  # s; the default step is the longest below it that divides the sample time
 WORTH_THREADS = 500_000  # steps; less than this is over before threads have started
@@ -89,14 +90,9 @@ def simulate(
     threads = max(1, min(threads, jobs))
 
     def share(k: int) -> None:
-        _kernel(*given, substeps is None, k, threads, out)
+        _kernel(given, substeps is None, k, threads, out)
 
-    if threads == 1:
-        share(0)
-    else:
-        # Threads of our own rather than numba's: its default layer must not be entered from two threads at once.
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(share, range(threads)))
+    in_shares(share, threads)
     return out
 
 
@@ -213,6 +209,18 @@ def _fits(shape: tuple[int, ...], samples: tuple[int, ...], parted: bool) -> boo
     return shape[1] >= samples[1] and shape[1] % max(samples[1], 1) == 0
 
 
+@compiled
+def episode_log(given: Prepared, e: int, substeps: int) -> JointLog:
+    """An episode, in so many steps a sample; it points into what is given."""
+    samples, times, scale = given.command.shape[1], given.times[e], given.scale[e]
+    external, load_inertia = given.external[e], given.load_inertia[e]
+    there = (len(scale) > 0, len(external) > 0, len(load_inertia) > 0)
+    parts = max(len(external), len(load_inertia)) // samples if there[1] or there[2] else 1
+    first, observed = (given.first[e, 0], given.first[e, 1]), pointer(given.observed[e])
+    before = (given.lengths[e], pointer(given.command[e]), first, observed, given.leak, given.sample_time, substeps)
+    return JointLog(*before, pointer(times), there, pointer(scale), parts, pointer(external), pointer(load_inertia))
+
+
 def _compile(sources: str) -> Callable[..., Any]:
     """The kernel. `sources`, a digest of this room's code, is part of what numba's cache knows it by.
 
@@ -220,40 +228,19 @@ def _compile(sources: str) -> Callable[..., Any]:
     """
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)
-    def kernel(
-        machines: np.ndarray,
-        command: np.ndarray,
-        first: np.ndarray,
-        gains: np.ndarray,
-        sample_time: float,
-        lengths: np.ndarray,
-        observed: np.ndarray,
-        leak: float,
-        times: np.ndarray,
-        scale: np.ndarray,
-        external: np.ndarray,
-        load_inertia: np.ndarray,
-        substeps: int,
-        tables: np.ndarray,
-        fewest: bool,
-        share: int,
-        shares: int,
-        out: np.ndarray,
-    ) -> None:
+    def kernel(given: Prepared, fewest: bool, share: int, shares: int, out: np.ndarray) -> None:
         sources  # noqa: B018
-        episodes = command.shape[0]
-        for job in range(share, machines.shape[0] * episodes, shares):
+        episodes, tables = len(given.command), given.tables
+        for job in range(share, len(given.machines) * episodes, shares):
             c, e = divmod(job, episodes)
-            row = machines[c]
-            machine = of_gains(machine_at(pointer(row)), gains[e])
+            row = given.machines[c]
+            machine = of_gains(machine_at(pointer(row)), given.gains[e])
             heights = row[_WIDTH:]
-            states = out[c, e, : lengths[e]]
+            states = out[c, e, : given.lengths[e]]
             one = machine.backlash_width == 0 and machine.compliance_stiffness == math.inf
-            clocked = times.shape[1] > 0
-            steps = 1 if fewest and one and not clocked and steady(machine, heights) else substeps
-            inputs = log_inputs(times[e], scale[e], external[e], load_inertia[e], command.shape[1])
-            before = (pointer(command[e]), (first[e, 0], first[e, 1]), pointer(observed[e]))
-            log = JointLog(lengths[e], *before, leak, sample_time, steps, *inputs)
+            clocked = given.times.shape[1] > 0
+            steps = 1 if fewest and one and not clocked and steady(machine, heights) else given.substeps
+            log = episode_log(given, e, steps)
             if clocked and one:
                 clocked_one_mass(machine, tables, heights, log, pointer(states))
             elif clocked:
@@ -264,7 +251,7 @@ def _compile(sources: str) -> Callable[..., Any]:
                 two_masses(machine, tables, heights, log, states)
             if machine.encoder_quantization_resolution > 0:
                 resolution, offset = machine.encoder_quantization_resolution, machine.encoder_quantization_offset
-                quantize(states, resolution, sample_time, times[e], offset)
+                quantize(states, resolution, given.sample_time, given.times[e], offset)
 
     return kernel
 

@@ -13,11 +13,11 @@ import numpy as np
 from vision_s2r.joint.clock import Cursor, inputs_of, loaded, read_rows
 from vision_s2r.joint.compiled import compiled
 from vision_s2r.joint.drive import commanded, glides, needs_velocity
-from vision_s2r.joint.log import JointLog, log_inputs
+from vision_s2r.joint.log import JointLog
 from vision_s2r.joint.machine import COLUMNS, JointMachine, continuous, machine_at, of_gains
 from vision_s2r.joint.one_mass import Paths, State, middle_velocity, one_mass_sample, one_mass_start
 from vision_s2r.joint.pointer import Pointer, pointer, shifted
-from vision_s2r.joint.simulation import Prepared, digest
+from vision_s2r.joint.simulation import Prepared, digest, episode_log
 
 NUDGE = 1e-4  # of sizes: as far as a fit goes in the end, so that where a torque jumps its mean slope counts
 
@@ -43,7 +43,7 @@ def tangents(given: Prepared, sizes: tuple[float, float, float], drive: np.ndarr
     room = np.empty(_CARRIED * (2 * _DIRECTIONS + 1) + 2 * _CARRIED * out.shape[3] + 2 * samples)
     position, velocity, torque = sizes
     nudges = NUDGE * np.array([position, velocity, 1.0, 1.0, torque, position, torque, torque, 1.0, torque, 0.0])
-    _kernel(*given, nudges, drive, load, room, out)
+    _kernel(given, nudges, drive, load, room, out)
     return out
 
 
@@ -133,20 +133,7 @@ def _compile(sources: str) -> Callable[..., None]:
 
     @numba.njit(nogil=True, error_model="numpy", cache=True)
     def kernel(
-        machines: np.ndarray,
-        command: np.ndarray,
-        first: np.ndarray,
-        gains: np.ndarray,
-        sample_time: float,
-        lengths: np.ndarray,
-        observed: np.ndarray,
-        leak: float,
-        times: np.ndarray,
-        scale: np.ndarray,
-        external: np.ndarray,
-        load_inertia: np.ndarray,
-        substeps: int,
-        tables: np.ndarray,
+        given: Prepared,
         nudges: np.ndarray,  # [_DIRECTIONS + 1], the last 0
         drive: np.ndarray,  # [E, T, G]
         load: np.ndarray,  # [E, T, F]
@@ -154,25 +141,25 @@ def _compile(sources: str) -> Callable[..., None]:
         out: np.ndarray,
     ) -> None:
         sources  # noqa: B018
-        heights, none = machines[0, _WIDTH:], np.empty(0)
+        tables, heights, none = given.tables, given.machines[0, _WIDTH:], np.empty(0)
         torques, of_drive = out.shape[3], len(heights) + drive.shape[2]
         driven, turned = heights.copy(), heights.copy()
         driven[len(heights) - int(tables[3, 2]) :] += nudges[_DRIVE]
         lone = tables[0, 2] if tables[0, 2] > 0 else tables[1, 2] if tables[1, 2] > 0 else tables[2, 2]
         turned[: int(lone)] += nudges[_MOTOR]
-        for e in range(command.shape[0]):
-            by = pointer(nudges)
-            bend, moved, states = pointer(room), shifted(pointer(room), _CARRIED * _DIRECTIONS), pointer(room)
+        by, bend = pointer(nudges), pointer(room)
+        for d in range(_CARRIED * _DIRECTIONS):  # what does not act stays nothing
+            bend[d] = 0.0
+        for e in range(len(given.command)):
+            moved = shifted(bend, _CARRIED * _DIRECTIONS)
             before = shifted(moved, _CARRIED * torques)
             changed = shifted(before, _CARRIED * torques)
             states = shifted(changed, _CARRIED * (_DIRECTIONS + 1))
             for d in range(_CARRIED * torques):
                 moved[d] = 0.0
-            machine = of_gains(machine_at(pointer(machines)), gains[e])
-            inputs = log_inputs(times[e], scale[e], external[e], load_inertia[e], command.shape[1])
-            ends = (pointer(command[e]), (first[e, 0], first[e, 1]), pointer(observed[e]))
-            log = JointLog(lengths[e], *ends, leak, sample_time, substeps, *inputs)
-            step, own, fast = sample_time / substeps, machine.inertia, not needs_velocity(machine, tables)
+            machine = of_gains(machine_at(pointer(given.machines)), given.gains[e])
+            log = episode_log(given, e, given.substeps)
+            step, own, fast = log.sample_time / log.substeps, machine.inertia, not needs_velocity(machine, tables)
             state = one_mass_start(machine, tables, heights, log.first[0], log.first[1])
             paths = glides(machine, 0.5 * step, own, (step, step))
             cursor = (-1, 0, log.first[0], 0.0, math.nan)
@@ -190,7 +177,7 @@ def _compile(sources: str) -> Callable[..., None]:
                     if not _acts(machine, tables, k):
                         continue
                     more = _nudge(by, k, _LOAD), _nudge(by, k, _FACTOR)
-                    given = driven if k == _DRIVE else turned if k == _MOTOR else heights
+                    raised = driven if k == _DRIVE else turned if k == _MOTOR else heights
                     weights = start[2][0] + _nudge(by, k, 2), start[2][1] + _nudge(by, k, 3)
                     nudged = (
                         start[0] + _nudge(by, k, 0),
@@ -199,15 +186,14 @@ def _compile(sources: str) -> Callable[..., None]:
                         start[3] + _nudge(by, k, 4),
                     )
                     lagged = (here[0], here[1], here[2], here[3], here[4] + _nudge(by, k, 5))
-                    then, later = _after(smooth, tables, given, log, lagged, nudged, more, both, paths, fast)
+                    then, later = _after(smooth, tables, raised, log, lagged, nudged, more, both, paths, fast)
                     at = k * _CARRIED
                     changed[at], changed[at + 1], (changed[at + 2], changed[at + 3]), changed[at + 4] = then
                     changed[at + 5] = later[4]
                 for k in range(_DIRECTIONS):
+                    if not _acts(machine, tables, k):
+                        continue
                     for n in range(_CARRIED):
-                        if not _acts(machine, tables, k):
-                            bend[n * _DIRECTIONS + k] = 0.0
-                            continue
                         change = changed[k * _CARRIED + n] - changed[_DIRECTIONS * _CARRIED + n]
                         bend[n * _DIRECTIONS + k] = 0.0 if math.isnan(change) else change / nudges[k]
                 for d in range(_CARRIED * torques):

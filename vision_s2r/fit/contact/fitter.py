@@ -96,9 +96,7 @@ class ContactFitter(Fitter[ContactSpace]):
         """Nats that tell a hypothesis, whose `free` effects may imitate it, from another."""
         data = self.data(range(self.count))
         base, space = self.space(free), self.space(names_of(other))
-        point = base.start(hypothesis)
-        now = self.predictor.residuals(base, point[None], data.episodes)[0]
-        slopes = self.predictor.slopes(base, point, now, data.episodes)
+        now, slopes = self.predictor.linearized(base, base.start(hypothesis), data.episodes)
         moved = self.predictor.residuals(space, space.start(other)[None], data.episodes)[0] - now
         return apart(np.clip(moved, -5, 5).ravel(), slopes) * float(self.temper[0])
 

@@ -206,9 +206,7 @@ class JointFitter(Fitter[JointSpace]):
         """Residuals and slopes at a point; the last ones are kept, since many names are tried beside it."""
         key, kept = _key(names, here, "", data), self._sloped
         if key != kept[0]:
-            residuals = self.observer.residuals(before, here[None], data.episodes)[0]
-            slopes = self.observer.slopes(before, here, residuals, data.episodes)
-            kept = self._sloped = key, (residuals, slopes)
+            kept = self._sloped = key, self.observer.linearized(before, here, data.episodes)
         return kept[1]
 
     def _made_up_for(

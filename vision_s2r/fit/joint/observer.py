@@ -5,7 +5,7 @@ is the error of predictions about thirty samples deep. A position servo needs no
 leads it back. A load that swings while the drive is off has only the observer.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -70,7 +70,9 @@ class Observer(Residuals[JointSpace]):
     def slopes(
         self, space: JointSpace, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float = 1.0
     ) -> np.ndarray:
-        """As of all residuals; of torques by the tangents of one run."""
+        """As of all residuals; of many torques by the tangents of one run."""
+        if not self._has_tangents(space, point):
+            return super().slopes(space, point, here, episodes, stride)
         out = np.empty((space.size, *here.shape))
         torques, of_torques = self.tangents(space, point, episodes)
         others = np.setdiff1d(np.arange(space.size), torques)
@@ -81,13 +83,9 @@ class Observer(Residuals[JointSpace]):
     def tangents(self, space: JointSpace, point: np.ndarray, episodes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """`slopes` [K, E, T, channels] of those coordinates [K] that are torques, in little more than a run's time.
 
-        Of a servo that neither play nor a spring divides; none of others, nor where they are few, or run away.
+        Of a servo that neither play nor a spring divides; without those that run away.
         """
         index, machine = np.asarray(episodes), space.machines(point[None])[0]
-        divided = machine[INDEX["backlash.width"]] > 0 or machine[INDEX["compliance.stiffness"]] < np.inf
-        torques = sum(each.size for each in space.discrepancies if each.axis or each.gain or each.load)
-        if divided or not self.track.servo or torques < WORTH:
-            return np.zeros(0, int), np.zeros((0, *self.seen[index].shape))
         ((_, given),) = self._inputs(space, point[None], index)
         which, drive, load = self._torques(space, point, index, given)
         moved = self._moved(space, machine, index, given, drive, load)
@@ -100,6 +98,14 @@ class Observer(Residuals[JointSpace]):
         moved_by_a_step = np.abs(slopes[..., 0]).max(axis=(1, 2)) * space.step[which]
         told = moved_by_a_step < self.track.scales.span
         return which[told], slopes[told]
+
+    def _has_tangents(self, space: JointSpace, point: np.ndarray) -> bool:
+        """Whether tangents are of such a joint, and of so many torques that they are sooner found than differences."""
+        torques = sum(each.size for each in space.discrepancies if each.axis or each.gain or each.load)
+        if torques < WORTH or not self.track.servo:
+            return False
+        row = space.row(point)
+        return row["backlash.width"] == 0 and row["compliance.stiffness"] == np.inf
 
     def _torques(
         self, space: JointSpace, point: np.ndarray, index: np.ndarray, given: _Inputs
@@ -123,7 +129,7 @@ class Observer(Residuals[JointSpace]):
                 of_all = factor / now if of == "gain" else np.ones(factor.shape)
                 rows += [(acting(here + unit)[index] - now) * of_all for unit in np.eye(each.size)]
         drive, load = (np.stack([np.zeros(factor.shape), *rows], axis=1)[:, 1:] for rows in found.values())
-        return np.concatenate([np.zeros(0, int), *which]), drive, load
+        return np.concatenate(which), drive, load
 
     def _moved(
         self,
@@ -135,17 +141,14 @@ class Observer(Residuals[JointSpace]):
         load: np.ndarray,
     ) -> np.ndarray:
         """How states [E, T, 2, K] change with torques."""
-        track = self.track
         if given.zero is not None:
             moved = np.empty((*given.measured.shape, len(machine) - len(INDEX) + drive.shape[1] + load.shape[1]))
-            for more in np.unique(given.zero):
-                rows, shifted = given.zero == more, machine.copy()
-                shifted[INDEX["position_offset"]] += more
-                moved[rows] = self._moved(space, shifted, index[rows], given.of(rows), drive[rows], load[rows])
+            for rows, other, some, alike in _by_zero(given.zero, machine, index, given):
+                moved[rows] = self._moved(space, other, some, alike, drive[rows], load[rows])
             return moved
-        scales = track.scales
+        scales = self.track.scales
         sizes = scales.span, scales.peak_speed, scales.peak_torque
-        return track.inputs.tangents(
+        return self.track.inputs.tangents(
             machine,
             self._first(index, given),
             self.substeps,
@@ -183,10 +186,8 @@ class Observer(Residuals[JointSpace]):
         track = self.track
         if given.zero is not None:
             states = np.empty((len(machines), *given.measured.shape))
-            for more in np.unique(given.zero):
-                rows, moved = given.zero == more, machines.copy()
-                moved[:, INDEX["position_offset"]] += more
-                states[:, rows] = self._simulated(space, moved, index[rows], given.of(rows))
+            for rows, moved, some, alike in _by_zero(given.zero, machines, index, given):
+                states[:, rows] = self._simulated(space, moved, some, alike)
             return states
         ran = machines, self._first(index, given), self.substeps, space.tables, index
         return track.inputs.run(*ran, **self._led(index, given))
@@ -244,6 +245,16 @@ class Observer(Residuals[JointSpace]):
                 targets = np.stack([given.command, given.command], axis=-1)
                 given = replace(given, command=by.measured(targets, coefficients)[..., 0])
         return given
+
+
+def _by_zero(
+    zero: np.ndarray, machines: np.ndarray, index: np.ndarray, given: _Inputs
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, _Inputs]]:
+    """Which rows [E] have one zero of the encoder; machines [..., P] with it, the episodes, and what goes into them."""
+    for more in np.unique(zero):
+        rows, moved = zero == more, machines.copy()
+        moved[..., INDEX["position_offset"]] += more
+        yield rows, moved, index[rows], given.of(rows)
 
 
 def _as_shown(

@@ -231,10 +231,9 @@ class SmoothUnknown:
         space = self._fitter.space(names)
         point = space.start(hypothesis)
         layout = _Layout(space, space.believed(point))
-        fitter, episodes = self._fitter, range(len(self._fitter.track.lengths))
-        alone = fitter.observer.residuals(space, point[None], episodes)[0]
-        slopes = fitter.observer.slopes(space, point, alone, episodes)
-        here, slopes = (beside(self._gain, each, fitter.track) for each in (alone, slopes))
+        track = self._fitter.track
+        alone = self._fitter.observer.linearized(space, point, range(len(track.lengths)))
+        here, slopes = (beside(self._gain, each, track) for each in alone)
         weight = np.sqrt(influence(here, self._profile(here)[0]) * self._floor.temper * self._inside[..., None])
         slopes = slopes * layout.unit[:, None, None, None] * weight
         slopes = slopes.reshape(len(point), -1)

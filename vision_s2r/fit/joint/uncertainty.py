@@ -67,9 +67,7 @@ def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
     point = space.start(hypothesis)
     data = fitter.data(range(track.count))
     gain = hypothesis.extra.get(DISTURBANCE, 0.0)
-    alone = observer.residuals(space, point[None], data.episodes)[0]
-    slopes = observer.slopes(space, point, alone, data.episodes)
-    now, jacobian = (beside(gain, each, track) for each in (alone, slopes))
+    now, jacobian = (beside(gain, each, track) for each in observer.linearized(space, point, data.episodes))
     scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
     push = influence(now, scale) * data.weight[..., None]
     bend = np.maximum(push * (NU * scale - now**2) / (NU * scale + now**2), 0.0)
