@@ -40,8 +40,10 @@ class ParameterRange:
         if self.above is not None:
             return self
         margin = ROUNDING if self.log else 0.0
-        low, high = self.coded(parameter.low) + margin, self.coded(parameter.high) - margin
-        return replace(self, low=max(self.low, low), high=min(self.high, high))
+        ends = self.coded(parameter.low) + margin, self.coded(parameter.high) - margin
+        # A joint that stands still has a range of next to nothing, which may lie outside altogether.
+        low, high = (min(max(end, ends[0]), ends[1]) for end in (self.low, self.high))
+        return replace(self, low=low, high=high)
 
 
 def log(parameter: str, low: float, high: float, step: float = 0.003, prior: float = math.inf) -> ParameterRange:

@@ -1,6 +1,7 @@
 """Position servos: a perfect one has no gap, and what is added to it is named, at samples that jitter."""
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.coordinates import log
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.fit.joint.smooth_unknown import ALL
 from vision_s2r.joint import JOINT_EFFECTS, NominalJoint, Tables, pack, simulate
@@ -375,3 +377,13 @@ def test_slopes_of_torques_are_those_of_differences_whatever_goes_in_and_comes_o
         assert np.linalg.norm(slopes - differences) <= 0.05 * np.linalg.norm(differences) + 1e-3
     whole = observer.slopes(space, point, here, episodes)
     np.testing.assert_array_equal(whole[torques], found)
+
+
+@pytest.mark.parametrize("ends", [(1e-20, 1e-17), (1e12, 1e15)])
+def test_a_joint_that_stands_still_has_ranges_that_effects_may_have(ends) -> None:
+    """A gripper that is held while the arm moves ended in `acceleration_limit: value is 8e-19`."""
+    parameter = JOINT_EFFECTS["acceleration_limit"].parameters[0]
+    there = log("value", *ends).within(parameter)
+    assert there.low <= there.high
+    for end in (there.low, there.high):
+        parameter.check(math.exp(end), "acceleration_limit")
