@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from recordings import an_arm, played
 
-from vision_s2r.diagnose.arm import _likely, _settle, diagnose_arm
+from vision_s2r.diagnose.arm import _settle, diagnose_arm
+from vision_s2r.diagnose.arm_look import likely
 from vision_s2r.diagnose.arm_report import _Errors, commands, report
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
@@ -183,12 +184,12 @@ def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():
     """Loads are then sharp where commands step; by measured accelerations alone they are blurred, and no name fits."""
     runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}, seconds=2.0))
     made = problems(runs.recording, motions(runs, {}), {})
-    near, now, case = _likely(runs, made, "elbow", {}, {}, QUICK, 1)
+    near, now, case = likely(runs, made, "elbow", {}, {}, QUICK, 1)
     assert runs.error("elbow", {}) > 100 * 2e-4**2
     assert runs.error("elbow", near) < 1.2 * 2e-4**2
     assert case is None and now is not made  # what was opened is of the problem before
     of_no_use = DiagnoseConfig(withhold=[each.name for each in JOINT_EFFECTS if each.name != "deadband"])
-    near, now, case = _likely(runs, made, "elbow", {}, {}, of_no_use, 1)
+    near, now, case = likely(runs, made, "elbow", {}, {}, of_no_use, 1)
     assert near == {} and now is made and case.recording is made.joints["elbow"]
 
 

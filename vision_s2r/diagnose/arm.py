@@ -12,6 +12,7 @@ import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET
 from vision_s2r.arm.model import opened
+from vision_s2r.diagnose.arm_look import REMARKABLE, likely, off
 from vision_s2r.diagnose.arm_report import IMPROBABLE, SettledArm, commands, held_out, report
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.borne_out import idle
@@ -19,6 +20,7 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.one_case import Diagnosis, diagnose_one, open_case
 from vision_s2r.diagnose.report import OPEN
 from vision_s2r.diagnose.saved import SavedDiagnosis
+from vision_s2r.diagnose.touched import touching, untouched
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns
@@ -26,6 +28,7 @@ from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import Problems, motions, problems
 from vision_s2r.fit.arm.several import fitted_sets, grown_sets, refined
+from vision_s2r.fit.arm.touch import Touch
 from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
 from vision_s2r.fit.case import Case, Experiment, Values
 from vision_s2r.fit.joint.case import JointCase
@@ -33,12 +36,10 @@ from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
 from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import ArmRecording, JointRecording
-from vision_s2r.report.arm import figures
+from vision_s2r.report.arm import figures, touch_figure
 from vision_s2r.report.drawing import Figures
 
 NOT_OF_ARMS = ("gravity_torque", OFFSET)  # of its joints alone: the bodies' weight is the model's
-REMARKABLE = 1.3  # times its noise's variance, that a joint leaves before effects of the whole arm are tried
-LOOKS, NEARER = 2, 0.5  # first looks at a joint, while each takes away this part of its mean squared error
 MUCH = 0.3  # of what is over the noise, that an effect of the whole arm explains where it is there
 MANY = 100  # parameters, more than any of these has
 MOST = 3  # of them at once
@@ -54,6 +55,7 @@ class ArmDiagnosis(SavedDiagnosis):
     recording: ArmRecording = field(repr=False)
     parts: dict[str, Diagnosis] = field(repr=False)  # of each joint
     found: Values = field(repr=False)  # by JOINT.EFFECT
+    touch: Touch | None = field(repr=False)  # what the tip touches in rows that the recording is without
 
     @property
     def patched(self) -> bool:
@@ -62,7 +64,8 @@ class ArmDiagnosis(SavedDiagnosis):
 
     def plot(self) -> Figures:
         """Figures by caption: the stretch in which the arm is furthest off, and which joints the gap is of."""
-        return figures(self.recording, self.found, self.to_dict())
+        drawn = figures(self.recording, self.found, self.to_dict())
+        return Figures(drawn | touch_figure(self.touch)) if self.touch else drawn
 
 
 def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) -> ArmDiagnosis:
@@ -71,14 +74,16 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
         if name not in ARM_EFFECTS:
             known = [effect.name for effect in ARM_EFFECTS]
             raise UserError(f"withhold: no effect is called '{name}': {nearest(name, known)}")
-    runs = FreeRuns(recording)
+    free, touch = untouched(recording, _of_joints(cfg, IMPROBABLE), jobs)
+    runs = FreeRuns(free)
     settled = _settle(runs, cfg, jobs)
     least = {name: cfg.joint.relief * part.case.floor([0])[0] for name, part in settled.parts.items()}
-    settled = replace(settled, idle=idle(runs, held_out(recording, settled), settled.named, least, cfg.seed, jobs))
+    settled = replace(settled, idle=idle(runs, held_out(free, settled), settled.named, least, cfg.seed, jobs))
     written = report(runs, settled, cfg)
-    experiment = Experiment(written["next_experiment"], commands(settled.parts, recording))
+    written = touching(written, recording, touch) if touch else written
+    experiment = Experiment(written["next_experiment"], commands(settled.parts, free))
     return ArmDiagnosis.of(
-        written, recording=recording, experiment=experiment, parts=settled.parts, found=settled.found
+        written, recording=free, experiment=experiment, parts=settled.parts, found=settled.found, touch=touch
     )
 
 
@@ -160,13 +165,13 @@ def _under(whole: tuple[FoundWhole, ...], runs: FreeRuns, cfg: DiagnoseConfig, j
     parts: dict[str, Diagnosis] = {}
     for _ in recording.joints:
         every = zip(made.joints.items(), runs.noise, strict=True)
-        rest = {name: _off(joint) / noise for (name, joint), noise in every if name not in parts}
+        rest = {name: off(joint) / noise for (name, joint), noise in every if name not in parts}
         name = max(rest, key=lambda each: rest[each])
-        likely, made, case = _likely(runs, made, name, near, weight, own, jobs)
+        guess, made, case = likely(runs, made, name, near, weight, own, jobs)
         parts[name] = diagnose_one(made.joints[name], own, jobs, case)
         told = near | made.of_arm(name, parts[name].settled.simulator.hypothesis.values)
-        near = min(likely, told, key=lambda each: runs.error(name, each))
-        if near != likely:
+        near = min(guess, told, key=lambda each: runs.error(name, each))
+        if near != guess:
             made = problems(recording, motions(runs, near), weight)
     return SettledArm(whole, made, {name: parts[name] for name in recording.joints})
 
@@ -207,31 +212,3 @@ def _of_joints(cfg: DiagnoseConfig, *names: str) -> DiagnoseConfig:
     withheld = {*NOT_OF_ARMS, *names, *(name for name in cfg.withhold if name in JOINT_EFFECTS)}
     search = replace(cfg.joint, faint=max(cfg.joint.faint, cfg.joint.relief))
     return replace(cfg, joint=search, withhold=sorted(withheld))
-
-
-def _likely(
-    runs: FreeRuns, made: Problems, joint: str, near: Values, weight: Values, cfg: DiagnoseConfig, jobs: int
-) -> tuple[dict[str, Mapping[str, float]], Problems, Case | None]:
-    """Effects with which the arm moves much as it did, those of this joint by a first look at its problem.
-
-    With them the joints' problems, and this one's case where it is open already. Where a joint is far off, so are the
-    accelerations of those that it shakes, and what measured motion says of them is blurred where commands step. Nothing
-    of this is reported.
-    """
-    best, noise, case = dict(near), runs.noise[list(made.joints).index(joint)], None
-    for _ in range(LOOKS):
-        if runs.error(joint, best) < REMARKABLE * noise**2:
-            break
-        case = open_case(made.joints[joint], cfg.withhold, jobs)
-        assert isinstance(case, JointCase)
-        guess = best | made.of_arm(joint, case.likely.values)
-        if runs.error(joint, guess) > NEARER * runs.error(joint, best):
-            break
-        best, case = guess, None
-        made = problems(runs.recording, motions(runs, best), weight)
-    return best, made, None if cfg.quick else case
-
-
-def _off(joint: JointRecording) -> float:
-    """How far the simulator is off, root mean square."""
-    return float(np.sqrt(np.nanmean(gap_of_joint(joint, free_run_of_joint(joint, {})))))

@@ -10,6 +10,7 @@ from vision_s2r.diagnose.tip import tip_gap
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors, of_whole
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording
+from vision_s2r.recording.pieces import without
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,12 @@ def replay_arm(
 ) -> tuple[Rows, dict[str, Any]]:
     """The rows of replay.csv, and what replay.json holds besides.
 
-    Of the recording that the effects were found in, each stretch is run with parameters that have not seen it.
+    Of the recording that the effects were found in, each stretch is run with parameters that have not seen it; rows
+    that the diagnosis left out are left out here, and each stretch between them is an episode.
     """
     same = held_out is not None and held_out["recording"] == fingerprint(recording)
+    if same and held_out:
+        recording = without(recording, held_out.get("without") or [])
     runs = FreeRuns(recording)
     before = runs.states({})
     after = runs.held_out(held_out) if same and held_out else runs.states(effects)

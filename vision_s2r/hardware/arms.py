@@ -11,9 +11,12 @@ from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.hardware.machines import MachineRecordings
 from vision_s2r.hardware.tables import named
-from vision_s2r.recording import ArmRecording, read
+from vision_s2r.recording import ArmRecording, Recording, read
 from vision_s2r.recording.joined import read_together
+from vision_s2r.recording.pieces import Rows, without
 from vision_s2r.report.reading import diagnosed, read_report, values
+
+REPORT = "report.json"
 
 
 def is_arm(machine: MachineRecordings) -> bool:
@@ -21,29 +24,52 @@ def is_arm(machine: MachineRecordings) -> bool:
     return all(isinstance(read(path), ArmRecording) for path in machine.recordings.values())
 
 
-def measured_arm(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> dict[str, Any]:
-    """The diagnosis of one motion or of several together, and errors on all: of one, its own on stretches held out.
+def folder_of(motions: Sequence[str]) -> str:
+    """What the folder of a diagnosis is called."""
+    return "+".join(motions).replace(" ", "_")
 
-    The others' are with nothing refitted; those of several together, too.
 
-    A report that stands in the folder already, which takes a quarter of an hour, is not made again.
-    """
-    if not (folder / "report.json").exists():
+def diagnose_arm_of(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> None:
+    """The diagnosis of one motion or of several together, which takes minutes: one that stands there is not made again."""
+    if not (folder / REPORT).exists():
         together = read_together([machine.recordings[motion] for motion in motions])
         diagnose(together, DiagnoseConfig(), jobs).save(folder)
-    report = read_report(folder / "report.json")
-    effects = values(diagnosed(report))
-    errors = {}
-    for name, path in machine.recordings.items():
-        recording = read(path)
+
+
+def measured_arms(machine: MachineRecordings, folder: Path) -> list[dict[str, Any]]:
+    """Each diagnosis of an arm below a folder, and its errors on all motions.
+
+    Of one motion, its own are on stretches held out. The others' are with nothing refitted, and without the rows in
+    which a motion's own diagnosis found that the tip touches something; those of several together, too.
+    """
+    files = sorted(folder.glob(f"*/{REPORT}"))
+    called = {folder_of([name]): name for name in machine.recordings}
+    reports = {tuple(called[part] for part in each.parent.name.split("+")): read_report(each) for each in files}
+    left_out = {motions: report["held_out"].get("without") or [] for motions, report in reports.items()}
+    recordings = {name: read(path) for name, path in machine.recordings.items()}
+    return [_measured(machine.name, motions, report, recordings, left_out) for motions, report in reports.items()]
+
+
+def _measured(
+    machine: str,
+    motions: tuple[str, ...],
+    report: Mapping[str, Any],
+    recordings: Mapping[str, Recording],
+    left_out: Mapping[tuple[str, ...], Rows],
+) -> dict[str, Any]:
+    effects, errors = values(diagnosed(report)), {}
+    for name, recording in recordings.items():
         assert isinstance(recording, ArmRecording)
-        found = replay_arm(recording, effects, report["held_out"])[1]
+        own = motions == (name,)  # which its replay knows to shorten
+        rest = recording if own else without(recording, left_out.get((name,), []))
+        found = replay_arm(rest, effects, report["held_out"])[1]
         errors[name] = {"joints": found["joints"], "gap": found["gap"], "tip": found["gaps"].get("tip")}
     return {
-        "machine": machine.name,
+        "machine": machine,
         "motion": " + ".join(motions),
         "from": list(motions),
         "verdict": report["verdict"],
+        "touches": report.get("touches"),
         "effects": [
             {key: each.get(key) for key in ("name", "joint", "share", "parameters")} for each in report["effects"]
         ],

@@ -17,7 +17,7 @@ from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.hardware import bam
-from vision_s2r.hardware.arms import arm_table, is_arm, measured_arm
+from vision_s2r.hardware.arms import arm_table, diagnose_arm_of, folder_of, is_arm, measured_arms
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
@@ -29,7 +29,7 @@ from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 T = TypeVar("T")
-IDENTIFIED, ARM = "identified.json", "arm.json"
+IDENTIFIED = "identified.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
 
@@ -43,10 +43,10 @@ def study(cfg: HardwareConfig) -> list[Path]:
     found = machines(Path(cfg.path), out / "recordings")
     wanted = _wanted(found, cfg)
     for machine, motions in tracked(wanted, len(wanted), "recordings"):
-        folder = out / "reports" / machine.name / "+".join(motions).replace(" ", "_")
+        folder = out / "reports" / machine.name / folder_of(motions)
         if is_arm(machine):
-            if cfg.diagnose and not (folder / ARM).exists():
-                _write(folder / ARM, measured_arm(machine, motions, folder, cfg.jobs))
+            if cfg.diagnose:
+                diagnose_arm_of(machine, motions, folder, cfg.jobs)
             continue
         if not cfg.diagnose:
             if not (folder / IDENTIFIED).exists():
@@ -85,8 +85,10 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     tables |= {"together": together_table(together, alone)} if together else {}
     if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
         tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
-    if arms := [_read(each) for each in sorted(out.glob(f"reports/**/{ARM}"))]:
-        tables["arms"] = arm_table([each for each in arms if each["machine"] in experts])
+    arms = [
+        each for machine in found if is_arm(machine) for each in measured_arms(machine, out / "reports" / machine.name)
+    ]
+    tables |= {"arms": arm_table(arms)} if arms else {}
     for folder, measured in done.items():
         if (folder / "left_out.json").exists() and (errors := _read(folder / "left_out.json")):
             tables[Path(measured["machine"]).name] = friction_table(measured, errors)

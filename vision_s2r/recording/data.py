@@ -37,6 +37,8 @@ class JointRecording:
     # int64 [E]: which of the recordings that were joined an episode is of, from 0 on; None: all of one
     source: np.ndarray | None = None
     gains: np.ndarray | None = None  # float64 [E]: factor of both gains of a servo, episode by episode; None: 1
+    # float64 [E], rad/s or m/s: of the first rows, where there are no velocities and episodes begin in motion; None: 0
+    start_velocity: np.ndarray | None = None
 
     kind = "joint"
 
@@ -57,8 +59,9 @@ class JointRecording:
 
     @property
     def first(self) -> np.ndarray:
-        """float64 [E, 2]: position and velocity of each episode's first row; from rest where it has no velocity."""
-        velocity = np.zeros(len(self)) if self.velocity is None else self.velocity[:, 0]
+        """float64 [E, 2]: position and velocity of each episode's first row; from rest where nothing says otherwise."""
+        at_rest = np.zeros(len(self)) if self.start_velocity is None else self.start_velocity
+        velocity = at_rest if self.velocity is None else self.velocity[:, 0]
         return np.stack([self.position[:, 0], velocity], axis=1)
 
 
@@ -190,6 +193,7 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         load_inertia=taken(recording.load_inertia),
         lengths=lengths,
         gains=None if recording.gains is None else recording.gains[index],
+        start_velocity=None if recording.start_velocity is None else recording.start_velocity[index],
         source=None if recording.source is None else recording.source[index],
         episodes=tuple(recording.episodes[k] for k in index),
     )

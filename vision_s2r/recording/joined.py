@@ -53,6 +53,7 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     lengths = np.concatenate([each.lengths for each in recordings])
     return replace(
         first,
+        start_velocity=np.concatenate([each.first[:, 1] for each in recordings]),
         command=stacked("command", 0.0),
         position=stacked("position", np.nan),
         lengths=lengths,

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.fit.arm.free_run import free_run, gap_errors
+from vision_s2r.fit.arm.touch import Touch
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording
 from vision_s2r.report import drawing
@@ -43,3 +44,13 @@ def figures(recording: ArmRecording, effects: Values, report: Mapping[str, Any])
             ),
         }
     )
+
+
+def touch_figure(touch: Touch) -> Figures:
+    """By caption: how high the tip is, in the episode in which it touches most."""
+    most = max((each[0] for each in touch.rows), key=[each[0] for each in touch.rows].count)
+    t = touch.time[most]
+    spans = [(t[first], t[end - 1]) for episode, first, end in touch.rows if episode == most]
+    heights = {"measured": touch.measured[most], "simulated": touch.simulated[most]}
+    caption = "What the tip touches: its height, and the simulator's, which has nothing there; shaded is left out"
+    return Figures({caption: drawing.heights(t, heights, touch.height, spans)})

@@ -40,6 +40,24 @@ def series(t: np.ndarray, panels: Mapping[str, Panel]) -> Figure:
     return figure
 
 
+def heights(
+    t: np.ndarray, lines: Mapping[str, np.ndarray], least: float, spans: Sequence[tuple[float, float]]
+) -> Figure:
+    """Measured and simulated heights [T] (m) over time `t` [T] (s), one of them marked, and spans of time shaded."""
+    figure, axes = canvas(1, 1, 3.2)
+    axis = axes[0, 0]
+    for start, end in spans:
+        axis.axvspan(start, end, color=FLOOR, alpha=0.2, linewidth=0)
+    axis.plot(t, lines["measured"], color=INK, linewidth=2.4, alpha=0.35, label="measured")
+    axis.plot(t, lines["simulated"], color=AFTER, linewidth=1.1, label="simulator")
+    axis.axhline(least, color=BEFORE, linewidth=0.8, linestyle="--", label="where it touches")
+    axis.set_ylabel("height of the tip, m")
+    axis.set_xlabel("t, s")
+    plain(axis)
+    axis.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2)
+    return figure
+
+
 def by_bin(unit: str, parts: Sequence[tuple[str, Sequence[str], np.ndarray, np.ndarray, np.ndarray]]) -> Figure:
     """Bars of the gap by bin, a panel an axis: its name, labels, before, after and floor [bins] (NaN: no samples)."""
     columns = min(len(parts), 2)

@@ -104,6 +104,18 @@ class HeldOut:
     recording: str  # its fingerprint
     segments: tuple[tuple[int, int, int, int], ...]  # episode, first row, row behind the last, fold
     folds: tuple[dict[str, dict[str, float]], ...]  # effects with their parameters, from all but each fold
+    without: tuple[tuple[int, int, int], ...] | None = None  # rows left out: episode (index), first, behind the last
+
+
+@dataclass(frozen=True)
+class Touches:
+    """What an arm's tip touches and its simulator has not, in rows that the diagnosis left out."""
+
+    height: float  # m, of the tip
+    follows: float  # of its way below that, by which it stays above the simulated one: 1 of what is rigid
+    above: float  # m, the median
+    times: int
+    share: float  # of all rows
 
 
 @dataclass(frozen=True)
@@ -246,6 +258,7 @@ class GapReport:
     held_out: HeldOut | None = None  # of a joint
     light: UnsteadyLight | None = None  # of a paired camera's frames, where it differs between them
     contents: tuple[ContentRival, ...] | None = None  # of two sets of pictures without a scene in common
+    touches: Touches | None = None  # of an arm, where it touches something
     left_out: dict[str, str] | None = None  # columns of the recording that were not used, and why
     torques: dict[str, JointTorque] | None = None  # of an arm whose log has torques, by joint
     tip: TipGap | None = None  # of an arm

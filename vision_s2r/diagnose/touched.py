@@ -1,0 +1,57 @@
+"""An arm that touches something: what is left of its recording where it does not, and what the report says of it."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from vision_s2r.diagnose.arm_look import first_look
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.fit.arm.free_run import FreeRuns, fingerprint
+from vision_s2r.fit.arm.touch import Touch, suspected, touched
+from vision_s2r.recording import ArmRecording
+from vision_s2r.recording.pieces import kept_rows, without
+
+LEAST = 0.4  # of the rows, that have to be left
+
+
+def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[ArmRecording, Touch | None]:
+    """The recording where the tip touches nothing, and what it touches elsewhere, if anything; `cfg` is of joints.
+
+    Where the simulator as it came suggests a touch, it is looked for beside one that moves much as the arm does where
+    it touches nothing. All rows stay where those without a touch would be too few.
+    """
+    runs = FreeRuns(recording)
+    found = suspected(recording, runs.states({})[..., 0])
+    if found is None:
+        return recording, None
+    near = first_look(_left(recording, found), cfg, jobs)
+    found = touched(recording, runs.states(near)[..., 0])
+    return (recording, None) if found is None else (_left(recording, found), found)
+
+
+def _left(recording: ArmRecording, found: Touch) -> ArmRecording:
+    enough = kept_rows(recording, found.rows) >= LEAST * recording.any.lengths.sum()
+    return without(recording, found.rows) if enough else recording
+
+
+def touching(report: Mapping[str, Any], recording: ArmRecording, found: Touch) -> dict[str, Any]:
+    """The report of what is left of a recording, as one of all of it."""
+    named, rest = bool(report["effects"]), report["unexplained"]
+    raised = f"Play the motion so that the tip stays above {found.height:.2g} m, or take away what it touches there."
+    return {
+        **report,
+        "verdict": "partly_explained" if named else "unexplained",
+        "unexplained": {**rest, "resembles": [found.described(), *rest["resembles"]]},
+        "next_experiment": " ".join(filter(None, [raised, report["next_experiment"]])),
+        "held_out": {
+            **report["held_out"],
+            "recording": fingerprint(recording),
+            "without": [list(each) for each in found.rows] if _left(recording, found) is not recording else [],
+        },
+        "touches": {
+            "height": found.height,
+            "follows": found.follows,
+            "above": found.above,
+            "times": len(found.rows),
+            "share": found.share,
+        },
+    }
