@@ -1,6 +1,7 @@
 """An arm that presses on a table its simulator has not: found, said, and left out of what joints are blamed for."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -10,7 +11,10 @@ from test_arm_diagnosis import QUICK
 
 from vision_s2r.arm.model import ArmModel
 from vision_s2r.diagnose.arm import diagnose_arm
+from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.replay import replay
+from vision_s2r.fit.arm.free_run import FreeRuns
+from vision_s2r.fit.arm.places import samples
 from vision_s2r.recording import ArmRecording
 from vision_s2r.recording.pieces import without
 from vision_s2r.report.page import html
@@ -84,3 +88,14 @@ def test_stretches_between_rows_that_are_left_out_are_episodes():
         np.testing.assert_array_equal(joint.position[1], whole.position[0, 150:])
         np.testing.assert_array_equal(joint.command[0, :100], whole.command[0, :100])
         assert np.isnan(joint.position[0, 100:]).all()
+
+
+def test_where_an_arms_gap_lies_is_said_by_the_height_of_its_tip_and_by_goals():
+    recording = over_a_table(0.85)[0]
+    runs, rows = FreeRuns(recording), int(recording.any.lengths[0])
+    edges = np.linspace(0, rows, 9).astype(int)
+    held_out = {"segments": [(k, *ends, 0) for k in range(2) for ends in pairwise(map(int, edges))]}
+    found = where(samples(recording, runs.states({}), runs.noise**2, held_out), seed=0)
+    (height,) = [each for each in found if each["axis"] == "height of the tip"]
+    assert height["at"].startswith("0.8") and height["share"] > 0.7 and height["ci"][0] > 1.5 * height["samples"]
+    assert any(each["axis"].startswith("goal of ") for each in found)

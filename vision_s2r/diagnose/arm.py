@@ -26,14 +26,11 @@ from vision_s2r.fit.arm.base_tilt import BaseTiltForm
 from vision_s2r.fit.arm.free_run import FreeRuns
 from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.position_offset import PositionOffsetForm
-from vision_s2r.fit.arm.problems import Problems, motions, problems
+from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.fit.arm.several import fitted_sets, grown_sets, refined
 from vision_s2r.fit.arm.touch import Touch
 from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
-from vision_s2r.fit.case import Case, Experiment, Values
-from vision_s2r.fit.joint.case import JointCase
-from vision_s2r.fit.joint.free_run import free_run as free_run_of_joint
-from vision_s2r.fit.joint.free_run import gap_errors as gap_of_joint
+from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.recording import ArmRecording, JointRecording
 from vision_s2r.report.arm import figures, touch_figure

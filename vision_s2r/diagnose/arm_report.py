@@ -11,11 +11,13 @@ from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET, WHOLE
 from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.one_case import Diagnosis
 from vision_s2r.diagnose.report import ALTERNATIVES, NEAR_FLOOR, OPEN
 from vision_s2r.diagnose.settled import LEAST_SHARE, is_slight
 from vision_s2r.diagnose.tip import tip_gap, tip_shares
 from vision_s2r.fit.arm.free_run import FreeRuns, by_stretch, fingerprint, gap_errors
+from vision_s2r.fit.arm.places import samples
 from vision_s2r.fit.arm.problems import Problems
 from vision_s2r.fit.arm.whole import FoundWhole
 from vision_s2r.fit.case import Values
@@ -101,6 +103,11 @@ class _Errors:
     tip: dict[str, Any] | None
     seed: int
 
+    @property
+    def noise(self) -> np.ndarray:
+        """Variance [J] of each joint's positions."""
+        return np.asarray(self.floor.mean(axis=0))
+
     def gap(self, joint: int | slice) -> Gap:
         """Of one joint, or the mean over all."""
         before, after, floor = (
@@ -137,15 +144,20 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     told.candidates.extend(_whole_line(settled, OFFSET, name) for name in parts)
     rest = gap.share(gap.after - gap.floor)
     weights = {name: errors.weight(j) for j, name in enumerate(parts)}
+    said = _verdict(list(told.verdicts.values()), bool(told.effects))
     return {
         "format": FORMAT,
         "kind": recording.kind,
-        "verdict": _verdict(list(told.verdicts.values()), bool(told.effects)),
+        "verdict": said,
         "gap": _gap(gap, recording) | {"described": WORDS},
         "tip": errors.tip,
         "sources": _sources(told.effects),
         "where": [
-            {"axis": "joint", "at": name, "share": weights[name]} for name in sorted(parts, key=lambda n: -weights[n])
+            *(
+                {"axis": "joint", "at": name, "share": weights[name]}
+                for name in sorted(parts, key=lambda n: -weights[n])
+            ),
+            *where(samples(recording, runs.states({}), errors.noise, held), cfg.seed),
         ],
         "effects": sorted(told.effects, key=lambda effect: -effect["share"]),
         "refitted": told.refitted,
@@ -158,7 +170,9 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
         "unexplained": {
             "share": rest.value,
             "ci": list(rest.ci),
-            "where": [],
+            "where": where(samples(recording, runs.held_out(held), errors.noise, held), cfg.seed)
+            if said in OPEN
+            else [],
             "resembles": [f"{name}: {each}" for name, part in parts.items() for each in _resembles(part)],
         },
         "next_experiment": _next(parts),
@@ -174,6 +188,17 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
             for j, name in enumerate(parts)
         },
     }
+
+
+def _largest(share: tuple[str, float]) -> float:
+    return -share[1]
+
+
+def _places(
+    runs: FreeRuns, states: np.ndarray, errors: _Errors, held_out: Mapping[str, Any], seed: int
+) -> list[dict[str, Any]]:
+    """Where a free run is off."""
+    return where(samples(runs.recording, states, errors.noise, held_out), seed)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def folder_of(motions: Sequence[str]) -> str:
 
 
 def diagnose_arm_of(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> None:
-    """The diagnosis of one motion or of several together, which takes minutes: one that stands there is not made again."""
+    """The diagnosis of one motion, or of several together, unless it stands there: it takes minutes."""
     if not (folder / REPORT).exists():
         together = read_together([machine.recordings[motion] for motion in motions])
         diagnose(together, DiagnoseConfig(), jobs).save(folder)

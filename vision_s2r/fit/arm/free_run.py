@@ -122,13 +122,15 @@ def tip_errors(recording: ArmRecording, effects: Values, states: np.ndarray) -> 
     """
     if recording.tip is None:
         return None
-    bodies = bodies_of(recording, effects)
-    out = np.full(states.shape[:2], np.nan)
-    measured = recording.position
-    for k, length in enumerate(recording.any.lengths):
-        there, here = bodies.tip(measured[k, :length]), bodies.tip(states[k, :length, :, 0])
-        assert there is not None and here is not None
-        out[k, :length] = np.linalg.norm(here - there, axis=-1)
+    there, here = (tips(recording, effects, each) for each in (recording.position, states[..., 0]))
+    return np.linalg.norm(here - there, axis=-1)
+
+
+def tips(recording: ArmRecording, effects: Values, positions: np.ndarray) -> np.ndarray:
+    """Where the tip is [E, T, 3] (m) at positions [E, T, J], of a recording that says what it is; NaN after the end."""
+    bodies, out = bodies_of(recording, effects), np.full((*positions.shape[:2], 3), np.nan)
+    for row, each, length in zip(out, positions, recording.any.lengths, strict=True):
+        row[:length] = bodies.tip(each[:length])
     return out
 
 

@@ -1,5 +1,4 @@
-"""What an arm's tip touches and its simulator has not: a table, below which the simulated tip goes and the real one does
-not.
+"""What an arm's tip touches and its simulator has not: a table, through which the simulated tip goes.
 
 What touches the tip pushes at all joints at once. No effect of a drive or a body does that, so that joints would get
 names for it, or none for what they have. A table shows in how far the real tip stays above the simulated one: not at
@@ -12,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vision_s2r.arm.model import opened
-from vision_s2r.fit.arm.free_run import bodies_of
+from vision_s2r.fit.arm.free_run import tips
 from vision_s2r.recording import ArmRecording
 from vision_s2r.recording.pieces import Rows
 
@@ -60,7 +59,7 @@ def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> Touch 
     if recording.tip is None or not gravity.any():
         return None
     up = -gravity / np.linalg.norm(gravity)
-    measured, simulated = (_heights(recording, each, up) for each in (recording.position, positions))
+    measured, simulated = (tips(recording, {}, each) @ up for each in (recording.position, positions))
     bends = _bends(simulated, measured - simulated, sure)
     below = np.array(
         [
@@ -104,16 +103,6 @@ def _bend(heights: np.ndarray, off: np.ndarray, sure: bool) -> _Bend | None:
     below = height < least
     clear = np.mean(off[below] ** 2) >= CLEARER**2 * np.mean(off[~below] ** 2)
     return _Bend(least, follows) if clear or not sure else None
-
-
-def _heights(recording: ArmRecording, positions: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Of the tip [E, T] (m) at positions [E, T, J]; NaN after an episode's end."""
-    bodies, out = bodies_of(recording, {}), np.full(positions.shape[:2], np.nan)
-    for row, each, length in zip(out, positions, recording.any.lengths, strict=True):
-        places = bodies.tip(each[:length])
-        assert places is not None
-        row[:length] = places @ up
-    return out
 
 
 def _bent(height: np.ndarray, off: np.ndarray, straight: bool) -> tuple[float, float, float]:

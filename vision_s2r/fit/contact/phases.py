@@ -1,10 +1,9 @@
 """What the body does in each window: it flies, hits, bounces, slides, rolls or rests, how fast, and on what part."""
 
-from itertools import pairwise
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from vision_s2r.fit.bins import by_rank
 from vision_s2r.fit.case import Axis
 from vision_s2r.fit.contact.windows import ContactTrack, rests
 
@@ -35,20 +34,10 @@ def phases_of(track: ContactTrack, episode: np.ndarray, sample: np.ndarray, samp
     spin = np.where(touches, np.abs(begun[:, 12]), np.nan)
     axes = [
         Axis("phase", PHASES, phase),
-        _binned("speed", speed, SPEEDS, "m/s"),
-        _binned("spin", spin, SPINS, "rad/s on the spot"),
+        Axis("speed", *by_rank(speed, SPEEDS, "{low:.2g} to {high:.2g} m/s")),
+        Axis("spin", *by_rank(spin, SPINS, "{low:.2g} to {high:.2g} rad/s on the spot")),
     ]
     return (*axes, Axis("part", PARTS, part)) if (part >= 0).any() else tuple(axes)
-
-
-def _binned(name: str, values: np.ndarray, count: int, unit: str) -> Axis:
-    """Values [W] in as many bins of as many windows; NaN is in none."""
-    edges = (
-        np.unique(np.nanquantile(values, np.linspace(0, 1, count + 1))) if np.isfinite(values).any() else np.zeros(1)
-    )
-    labels = tuple(f"{low:.2g} to {high:.2g} {unit}" for low, high in pairwise(edges)) or ("any",)
-    bins = np.clip(np.searchsorted(edges, np.nan_to_num(values), side="right") - 1, 0, len(labels) - 1)
-    return Axis(name, labels, np.where(np.isnan(values), -1, bins))
 
 
 def _phase(track: ContactTrack, state: np.ndarray, touching: np.ndarray, first: bool) -> int:

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.signal import savgol_filter
 
+from vision_s2r.fit.bins import by_rank, evenly
 from vision_s2r.fit.case import Axis, Hypothesis, Samples
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
@@ -18,7 +19,7 @@ from vision_s2r.fit.joint.track import JointTrack, fast_noise
 
 REVERSAL = 0.1  # s to either side of a change of direction
 THROUGH = 0.05  # s after a change of the sign of the acceleration: play is gone through, as the load goes on by itself
-BINS = 5
+BINS, ENDS = 5, "{low:.3g} to {high:.3g}"
 
 
 class FreeRunGap:
@@ -92,7 +93,7 @@ class FreeRunGap:
         return out
 
     def _axes(self) -> list[tuple[str, tuple[str, ...], np.ndarray]]:
-        track = self._track
+        track, inside = self._track, self._track.segment >= 0
         rotary = track.units == "rotary"
         rate, length, torque_unit = ("rad/s", "rad", "N·m") if rotary else ("m/s", "m", "N")
         speed = np.abs(track.observed[..., 1])
@@ -114,13 +115,10 @@ class FreeRunGap:
                 np.where(after, 0, 1),
             ),
             ("direction", ("in the negative direction", "in the positive direction"), sign),
-            ("velocity", *_quantile_bins(speed, track.segment >= 0, f"|{dot}|", rate)),
-            ("torque", *_quantile_bins(torque, track.segment >= 0, "|τ|", torque_unit)),
-            ("position", *_even_bins(track.position, "θ" if rotary else "x", length)),
-            (
-                "time",
-                *_even_bins(np.where(track.segment >= 0, track.time, np.nan), "t", "s"),
-            ),
+            ("velocity", *by_rank(np.where(inside, speed, np.nan), BINS, f"|{dot}| {ENDS} {rate}")),
+            ("torque", *by_rank(np.where(inside, torque, np.nan), BINS, f"|τ| {ENDS} {torque_unit}")),
+            ("position", *evenly(track.position, BINS, f"{'θ' if rotary else 'x'} {ENDS} {length}")),
+            ("time", *evenly(np.where(inside, track.time, np.nan), BINS, f"t {ENDS} s")),
         ]
 
 
@@ -161,21 +159,3 @@ def _within_period(position: np.ndarray, period: float, units: str) -> tuple[tup
         for low, high in pairwise(edges)
     )
     return labels, np.where(np.isnan(position), -1, (away * BINS).astype(int).clip(0, BINS - 1))
-
-
-def _quantile_bins(
-    values: np.ndarray, inside: np.ndarray, symbol: str, unit: str
-) -> tuple[tuple[str, ...], np.ndarray]:
-    return _bins(values, np.quantile(values[inside], np.linspace(0, 1, BINS + 1)), symbol, unit)
-
-
-def _even_bins(values: np.ndarray, symbol: str, unit: str) -> tuple[tuple[str, ...], np.ndarray]:
-    return _bins(values, np.linspace(np.nanmin(values), np.nanmax(values), BINS + 1), symbol, unit)
-
-
-def _bins(values: np.ndarray, edges: np.ndarray, symbol: str, unit: str) -> tuple[tuple[str, ...], np.ndarray]:
-    edges = np.unique(edges)
-    labels = tuple(f"{low:.3g} to {high:.3g} {unit}" for low, high in pairwise(edges))
-    labels = tuple(f"{symbol} {label}" for label in labels) or (f"{symbol} {edges[0]:.3g} {unit}",)
-    bins = np.clip(np.searchsorted(edges, np.nan_to_num(values), side="right") - 1, 0, len(labels) - 1)
-    return labels, np.where(np.isnan(values), -1, bins)

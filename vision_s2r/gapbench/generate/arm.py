@@ -10,11 +10,13 @@ import yaml
 
 from vision_s2r.gapbench.generate import arm_bodies
 from vision_s2r.gapbench.generate.arm_bodies import ArmBodies
-from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads, run, weight_by_joint
+from vision_s2r.gapbench.generate.arm_bullet import GRAVITY, Real, Servo, loads, run, tip_heights, weight_by_joint
 from vision_s2r.gapbench.generate.arm_unknown import UNKNOWN
 from vision_s2r.gapbench.generate.base import Answer, Effects, GeneratedMachine
 
-CASES = ("null", "single", "pair", "whole_pair", "unknown")
+CASES = ("null", "single", "pair", "whole_pair", "unknown", "known_unknown")
+TABLE = 0.2  # of what the tip is asked for is below a table …
+CLEAR = 0.02  # m: … and where it begins is so much above it, at least
 EPISODES, SECONDS = 4, 8.0
 NOISE = 2e-4  # rad
 SECOND = ("latency", "proportional_gain", "torque_saturation", "viscous_damping", "deadband", "coulomb_friction")
@@ -37,7 +39,8 @@ def machine(
 ) -> GeneratedMachine:
     """An arm of two to seven joints; cases take the effects in turn, `unknown` those of its split.
 
-    `pair` is of two joints, `whole_pair` of what all joints feel.
+    `pair` is of two joints, `whole_pair` of what all joints feel; `known_unknown` has an effect on one joint, and a
+    table that the tip touches.
 
     arms   chains (drawn ones), public (of URDFs that PyBullet ships), or all (as many of both)
     """
@@ -61,6 +64,8 @@ def _with_effects(
         unknown, family = list(UNKNOWN[split].items())[index % len(UNKNOWN[split])]
         j = joints[0]
         truth[j] = replace(truth[j], unknown=family(j, len(servos), truth[j].proportional_gain, rng))
+    if case == "known_unknown":
+        unknown, real = "table", replace(real, table=_table(bodies, rng))
     for name, j in zip(_names(case, index), joints, strict=False):
         if name == "payload":
             payload = drawn_payload(bodies, rng)
@@ -88,8 +93,18 @@ def _names(case: str, index: int) -> tuple[str, ...]:
         return ()
     if case == "single":
         return (FIRST[index % len(FIRST)],)
+    if case == "known_unknown":
+        return (SECOND[index % len(SECOND)],)
     pairs = WHOLE_PAIRS if case == "whole_pair" else [(a, b) for a in SECOND for b in SECOND if a != b]
     return pairs[(7 * index) % len(pairs)]
+
+
+def _table(bodies: ArmBodies, rng: np.random.Generator) -> float:
+    """The height (m) of one that the tip comes to now and then."""
+    t = np.arange(200) * SECONDS / 200
+    asked = np.concatenate([np.stack([home + _motion(t, rng) for home in bodies.home], axis=1) for _ in range(4)])
+    begins, heights = tip_heights(bodies, np.array([bodies.home]))[0], tip_heights(bodies, asked)
+    return float(min(np.quantile(heights, TABLE), begins - CLEAR))
 
 
 def _tilted(rng: np.random.Generator) -> tuple[tuple[float, float, float], dict[str, float]]:

@@ -10,6 +10,7 @@ import numpy as np
 import pybullet_data
 
 RADIUS = 0.03  # m, of rods
+BALL = 0.005  # m, of what the tip touches with
 SWING = 0.9  # rad, to either side of home that an arm is asked to go
 
 
@@ -97,10 +98,11 @@ def chain(rng: np.random.Generator) -> ArmBodies:
     return ArmBodies("chain", "\n".join([*parts, "</robot>"]) + "\n", names, (0.0,) * count, parent, reach)
 
 
-def simulated(arm: ArmBodies, payload: Sequence[float] | None) -> str:
+def simulated(arm: ArmBodies, payload: Sequence[float] | None, touches: bool = False) -> str:
     """The arm as URDF for Bullet: what is not driven is fixed, what is drawn or touched is left out.
 
     payload   its mass (kg), and where it is on the tip (m)
+    touches   whether its tip is a ball that is felt
 
     A tensor that no body can have (its largest part over the sum of the others) is that of the mean of its parts: what
     MuJoCo's `balanceinertia` does, where Bullet would take the link for a point. What has no mass has no inertia.
@@ -131,6 +133,9 @@ def simulated(arm: ArmBodies, payload: Sequence[float] | None) -> str:
                 f'<parent link="{arm.tip}"/><child link="carried"/><origin xyz="{at}"/></joint></a>'
             )
         )
+    if touches:
+        tip = next(link for link in root.findall("link") if link.get("name") == arm.tip)
+        tip.append(ElementTree.fromstring(f'<collision><geometry><sphere radius="{BALL}"/></geometry></collision>'))
     return ElementTree.tostring(root, encoding="unicode")
 
 

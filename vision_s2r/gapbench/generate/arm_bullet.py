@@ -45,6 +45,7 @@ class Real:
     bodies: ArmBodies
     payload: tuple[float, ...] | None = None  # kg, and where on the tip, m
     gravity: tuple[float, float, float] = (0.0, 0.0, -GRAVITY)  # m/s², in the frame of its base
+    table: float | None = None  # m: the height of a plane that its tip cannot go through
 
 
 @dataclass(frozen=True)
@@ -64,9 +65,12 @@ def _loaded(real: Real, offsets: Sequence[float] | None = None) -> Iterator[tupl
         pybullet.setGravity(*real.gravity, physicsClientId=client)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "arm.urdf"
-            path.write_text(simulated(real.bodies, real.payload))
+            path.write_text(simulated(real.bodies, real.payload, touches=real.table is not None))
             flags = pybullet.URDF_USE_INERTIA_FROM_FILE
             body = pybullet.loadURDF(str(path), useFixedBase=True, flags=flags, physicsClientId=client)
+        if real.table is not None:
+            plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+            pybullet.createMultiBody(0, plane, basePosition=[0, 0, real.table], physicsClientId=client)
         count = pybullet.getNumJoints(body, physicsClientId=client)
         names = {pybullet.getJointInfo(body, k, physicsClientId=client)[1].decode(): k for k in range(count)}
         for k in range(-1, count):
@@ -104,6 +108,18 @@ def weight_by_joint(bodies: ArmBodies) -> np.ndarray:
             for pose in (bodies.home, *(np.array(bodies.home) + turn * np.eye(len(still))))
         ]
     return np.abs(np.array(weights[1:]) - weights[0]).max(axis=1) / turn
+
+
+def tip_heights(bodies: ArmBodies, positions: np.ndarray) -> np.ndarray:
+    """How high the tip is [N] (m) in poses [N, J]."""
+    found = []
+    with _loaded(Real(bodies)) as (client, body, joints):
+        for pose in positions:
+            for j, position in zip(joints, pose, strict=True):
+                pybullet.resetJointState(body, j, position, physicsClientId=client)
+            state = pybullet.getLinkState(body, joints[-1], computeForwardKinematics=True, physicsClientId=client)
+            found.append(state[4][2])
+    return np.array(found)
 
 
 def run(real: Real, servos: Sequence[Servo], commands: np.ndarray, rate: float) -> np.ndarray:
@@ -161,7 +177,7 @@ def _stepped(
                 # The engine's velocities are those in the middle of its last step: half a step on, they are these.
                 velocity, last[j] = 1.5 * newest - 0.5 * last[j], newest
                 if servo.unknown is not None:
-                    places = np.array([each[0] for each in states])
+                    places = np.array([each[0] for each in states]) - home
                     force += servo.unknown(count * step, places, velocity, force)
                 forces.append(force - servo.viscous_damping * velocity)
             pybullet.setJointMotorControlArray(

@@ -4,7 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-# (time in s, positions of all joints in rad, own velocity in rad/s, torque of the servo in N·m) -> N·m beside it
+# (time in s, positions of all joints in rad from where they begin, own velocity in rad/s, torque of the servo in N·m)
+# -> N·m beside it
 Torque = Callable[[float, np.ndarray, float, float], float]
 Family = Callable[[int, int, float, np.random.Generator], Torque]  # joint, of how many, its gain in N·m/rad
 
