@@ -71,7 +71,9 @@ class Residuals(ABC, Generic[S]):
     def by_differences(
         self, space: S, point: np.ndarray, here: np.ndarray, episodes: Sequence[int], stride: float, which: np.ndarray
     ) -> np.ndarray:
-        """`slopes` [K, E, T, channels] of these coordinates [K]."""
+        """`slopes` [K, E, T, channels] of these coordinates [K], which may be none."""
+        if not len(which):
+            return np.zeros((0, *here.shape))
         points, steps = space.differences(point, stride)
         around = self.residuals(space, points[1 + which], episodes)
         return (around - here) / steps[which, None, None, None]

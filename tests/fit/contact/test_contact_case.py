@@ -345,3 +345,11 @@ def test_the_throws_that_are_asked_for_show_what_was_not_excited():
     assert not told.not_excited
     gains = told.screen(Hypothesis(), sorted(library))
     assert gains["spinning_friction"] > 100 and max(gains, key=lambda name: gains[name]) == "spinning_friction"
+
+
+def test_a_throw_is_asked_for_where_no_value_is_refitted():
+    """Rivals without anything in common have no slopes; a diagnosis without a name ended in an error there."""
+    case = ContactCase(a_contact(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    rivals = [Hypothesis(), Hypothesis({"rolling_friction": {"value": 0.01}})]
+    asked = case.experiment(rivals, [])
+    assert asked.sentence and asked.commands
