@@ -1,5 +1,6 @@
 """Arms against MuJoCo's own stepping, and joint by joint against themselves."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -152,3 +153,20 @@ def test_a_vendors_tensor_of_no_body_is_balanced_and_said_once(caplog):
     assert opened(path) is model and list(model.joints)[:6] == [f"joint{k}" for k in range(1, 7)]
     inertia = model.spec.copy().compile().body("link2").inertia
     assert 2 * inertia.max() <= inertia.sum() and caplog.text.count("balances it") == 1
+
+
+def test_episodes_that_begin_in_other_postures_are_run_in_as_many_steps():
+    """A folded arm is lighter, and its servos swing faster: loads on joints were of another length, an error."""
+    recording, folded = an_arm(), np.array([[0.0, 0.0], [0.0, 2.6]])
+    stiff = {
+        name: replace(
+            joint,
+            nominal=joint.nominal | {"proportional_gain": (2e4, 60.0)[j], "inertia": 0.001},
+            position=joint.position - joint.position[:, :1] + folded[:, j : j + 1],
+            command=joint.command - joint.command[:, :1] + folded[:, j : j + 1],
+        )
+        for j, (name, joint) in enumerate(recording.joints.items())
+    }
+    runs = FreeRuns(replace(recording, joints=stiff))
+    alike = {len(each.load) / len(each.position) for each in motions(runs, {})}
+    assert len(alike) == 1

@@ -32,7 +32,7 @@ def simulate(
     command: np.ndarray,
     first: np.ndarray,
     times: np.ndarray,
-    step: float | None = None,
+    parts: int | None = None,
     rows: int | None = None,
 ) -> ArmRun:
     """Run all joints of an arm over one episode.
@@ -41,7 +41,7 @@ def simulate(
     command [J, T]    as each machine takes it; held between rows
     first [J, 2]      positions and velocities at the first row
     times [T]         s of each row, rising
-    step              s, of the integrator, at most; by default 2 ms, or less where a servo is stiff
+    parts             steps of the integrator in the usual time between rows; by default as `parts_of` has them
     rows              how many to run, from the first; by default all
 
     Bodies are evaluated in the middle of each step.
@@ -50,9 +50,7 @@ def simulate(
     times = np.require(times - times[0], np.float64, ("C", "W"))
     joints, samples = len(command), rows or len(times)
     sample_time = float(np.median(np.diff(times)))
-    longest = step or _step(bodies, machines, first)
-    parts = max(math.ceil(sample_time / longest - 1e-9), 1)
-    step = sample_time / parts
+    parts = parts or parts_of(bodies, machines, first, times)
     tables = Tables().array()
     states = np.zeros((joints, sweep.STATE))
     sweep.start(machines, tables, first, states)
@@ -60,16 +58,31 @@ def simulate(
     out[:, 0] = first
     load, steps = np.zeros((samples * parts, joints)), np.zeros(samples * parts)
     room = np.empty(sweep.ROOM * joints + joints**2)
-    sweep.run(bodies.rigid, machines, command, times, first, states, tables, step, parts, out, load, steps, room)
+    sweep.run(
+        bodies.rigid,
+        machines,
+        command,
+        times,
+        first,
+        states,
+        tables,
+        sample_time / parts,
+        parts,
+        out,
+        load,
+        steps,
+        room,
+    )
     sweep.show(machines, sample_time, times[:samples], out)
     return ArmRun(out, _filled(load, steps))
 
 
-def _step(bodies: Bodies, machines: np.ndarray, first: np.ndarray) -> float:
-    """A step in which no servo or spring swings far."""
+def parts_of(bodies: Bodies, machines: np.ndarray, first: np.ndarray, times: np.ndarray) -> int:
+    """Steps between two rows, of 2 ms or less, in which no servo or spring swings far; arguments as of `simulate`."""
     inertia = machines[:, _INERTIA] + np.diagonal(bodies.terms(first[:, 0], first[:, 1])[0])
     fastest = float(np.sqrt((np.nan_to_num(machines[:, _GAIN]) + bodies.rigid.stiffness) / inertia).max())
-    return STEP if fastest == 0 else float(np.clip(SWING / fastest, SHORTEST, STEP))
+    longest = STEP if fastest == 0 else float(np.clip(SWING / fastest, SHORTEST, STEP))
+    return max(math.ceil(float(np.median(np.diff(times))) / longest - 1e-9), 1)
 
 
 def _filled(load: np.ndarray, steps: np.ndarray) -> np.ndarray:

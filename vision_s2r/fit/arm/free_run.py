@@ -10,7 +10,7 @@ import numpy as np
 from vision_s2r.arm.bodies import Bodies
 from vision_s2r.arm.effect import of_bodies
 from vision_s2r.arm.model import opened
-from vision_s2r.arm.simulate import ArmRun, simulate
+from vision_s2r.arm.simulate import ArmRun, parts_of, simulate
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.joint.free_run import fingerprint as of_joint
 from vision_s2r.fit.joint.noise import position_noise
@@ -23,7 +23,7 @@ class FreeRuns:
 
     def __init__(self, recording: ArmRecording) -> None:
         self.recording = recording
-        self._machines: dict[str, tuple[Bodies, np.ndarray]] = {}
+        self._machines: dict[str, tuple[Bodies, np.ndarray, int]] = {}
         self._runs: dict[tuple[str, int], ArmRun] = {}
 
     @cached_property
@@ -40,13 +40,12 @@ class FreeRuns:
         length = int(self.recording.any.lengths[k]) if rows is None else rows
         if (key, k) not in self._runs or self._runs[key, k].states.shape[1] < length:
             if key not in self._machines:
-                self._machines[key] = bodies_of(self.recording, effects), self._packed(effects)
-            joints = self.recording.joints.values()
-            whole = int(self.recording.any.lengths[k])
-            command = np.array([joint.command[k, :whole] for joint in joints])
-            first = np.array([joint.first[k] for joint in joints])
-            times = np.array(self.recording.any.time[k, :whole])
-            self._runs[key, k] = simulate(*self._machines[key], command, first, times, rows=length)
+                self._machines[key] = self._made(effects)
+            bodies, machines, parts = self._machines[key]
+            command = np.array([joint.command[k] for joint in self.recording.joints.values()])
+            times = self._times(k)
+            command = command[:, : len(times)]
+            self._runs[key, k] = simulate(bodies, machines, command, self._first(k), times, parts, rows=length)
         return self._runs[key, k]
 
     def states(self, effects: Values) -> np.ndarray:
@@ -73,9 +72,19 @@ class FreeRuns:
             out[e, first:end] = self.run(held_out["folds"][fold], e, end).states[:, first:end].transpose(1, 0, 2)
         return out
 
-    def _packed(self, effects: Values) -> np.ndarray:
-        joints = self.recording.joints.items()
-        return np.array([pack(NominalJoint(**joint.nominal), effects_of(name, effects)) for name, joint in joints])
+    def _made(self, effects: Values) -> tuple[Bodies, np.ndarray, int]:
+        """The arm with these effects, and steps between two rows: as many in all episodes, wherever they begin."""
+        joints, bodies = self.recording.joints.items(), bodies_of(self.recording, effects)
+        packed = np.array([pack(NominalJoint(**joint.nominal), effects_of(name, effects)) for name, joint in joints])
+        episodes = range(len(self.recording))
+        return bodies, packed, max(parts_of(bodies, packed, self._first(k), self._times(k)) for k in episodes)
+
+    def _first(self, k: int) -> np.ndarray:
+        """Positions and velocities [J, 2] with which an episode begins."""
+        return np.array([joint.first[k] for joint in self.recording.joints.values()])
+
+    def _times(self, k: int) -> np.ndarray:
+        return np.array(self.recording.any.time[k, : int(self.recording.any.lengths[k])])
 
     def _nothing(self) -> np.ndarray:
         return np.full((*self.recording.any.position.shape, len(self.recording.joints), 2), np.nan)
