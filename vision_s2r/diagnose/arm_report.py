@@ -145,6 +145,11 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     rest = gap.share(gap.after - gap.floor)
     weights = {name: errors.weight(j) for j, name in enumerate(parts)}
     said = _verdict(list(told.verdicts.values()), bool(told.effects))
+
+    def places(states: np.ndarray) -> list[dict[str, Any]]:
+        """Where a free run is off."""
+        return where(samples(recording, states, errors.noise, held), cfg.seed)
+
     return {
         "format": FORMAT,
         "kind": recording.kind,
@@ -153,11 +158,8 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
         "tip": errors.tip,
         "sources": _sources(told.effects),
         "where": [
-            *(
-                {"axis": "joint", "at": name, "share": weights[name]}
-                for name in sorted(parts, key=lambda n: -weights[n])
-            ),
-            *where(samples(recording, runs.states({}), errors.noise, held), cfg.seed),
+            *({"axis": "joint", "at": name, "share": share} for name, share in sorted(weights.items(), key=_falling)),
+            *places(runs.states({})),
         ],
         "effects": sorted(told.effects, key=lambda effect: -effect["share"]),
         "refitted": told.refitted,
@@ -170,9 +172,7 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
         "unexplained": {
             "share": rest.value,
             "ci": list(rest.ci),
-            "where": where(samples(recording, runs.held_out(held), errors.noise, held), cfg.seed)
-            if said in OPEN
-            else [],
+            "where": places(runs.held_out(held)) if said in OPEN else [],
             "resembles": [f"{name}: {each}" for name, part in parts.items() for each in _resembles(part)],
         },
         "next_experiment": _next(parts),
@@ -190,15 +190,8 @@ def report(runs: FreeRuns, settled: SettledArm, cfg: DiagnoseConfig) -> dict[str
     }
 
 
-def _largest(share: tuple[str, float]) -> float:
+def _falling(share: tuple[str, float]) -> float:
     return -share[1]
-
-
-def _places(
-    runs: FreeRuns, states: np.ndarray, errors: _Errors, held_out: Mapping[str, Any], seed: int
-) -> list[dict[str, Any]]:
-    """Where a free run is off."""
-    return where(samples(runs.recording, states, errors.noise, held_out), seed)
 
 
 @dataclass(frozen=True)

@@ -45,12 +45,6 @@ def _kept(recording: JointRecording, rows: Rows) -> list[tuple[int, int, int]]:
 
 def _of_joint(joint: JointRecording, kept: Rows) -> JointRecording:
     lengths = np.array([end - first for _, first, end in kept])
-    optional = {"velocity": np.nan, "supply": 1.0}
-    given = {
-        name: _taken(values, kept, fill)
-        for name, fill in optional.items()
-        if (values := getattr(joint, name)) is not None
-    }
     times = None
     if joint.times is not None:
         times = _taken(joint.times, kept, 0.0)
@@ -65,7 +59,8 @@ def _of_joint(joint: JointRecording, kept: Rows) -> JointRecording:
         lengths=lengths,
         episodes=tuple(range(len(kept))),
         start_velocity=np.array([_velocity(joint, k, first) for k, first, _ in kept]),
-        **given,
+        velocity=None if joint.velocity is None else _taken(joint.velocity, kept, np.nan),
+        supply=None if joint.supply is None else _taken(joint.supply, kept, 1.0),
     )
 
 

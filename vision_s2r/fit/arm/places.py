@@ -1,6 +1,6 @@
 """Where the gap of an arm lies: by its tip's height and distance, by postures, and by whether goals stand still."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,10 @@ STILL = 0.2  # s that goals have stood still
 LEAST = 1e-3  # rad or m, that a joint is asked to go
 
 
-def samples(
-    recording: ArmRecording, states: np.ndarray, noise: Sequence[float], held_out: Mapping[str, Any]
-) -> Samples:
+def samples(recording: ArmRecording, states: np.ndarray, noise: np.ndarray, held_out: Mapping[str, Any]) -> Samples:
     """Mean squared errors of all joints in a free run [E, T, J, 2], by the stretches of a report's `held_out`.
 
-    `noise`: of each joint's position, its variance.
+    `noise` [J] is the variance of each joint's positions.
     """
     stretch = np.full(states.shape[:2], -1)
     for k, (episode, first, end, _) in enumerate(held_out["segments"]):
@@ -60,7 +58,8 @@ def _moving(recording: ArmRecording) -> np.ndarray:
     """0 where all goals [E, T] have stood still for a while, else 1."""
     reach = max(round(STILL / recording.any.sample_time), 1)
     goals = np.stack([joint.command for joint in recording.joints.values()])
-    changed = np.zeros(goals.shape[1:], dtype=bool)
-    for back in range(reach):
-        changed[:, back + 1 :] |= (np.diff(goals, axis=-1) != 0).any(axis=0)[:, : changed.shape[1] - back - 1]
-    return changed.astype(int)
+    changes = (np.diff(goals, axis=-1) != 0).any(axis=0)
+    moving = np.zeros(recording.any.command.shape, dtype=int)
+    for row, changed in zip(moving, changes, strict=True):
+        row[1:] = np.convolve(changed, np.ones(reach))[: len(changed)] > 0
+    return moving
