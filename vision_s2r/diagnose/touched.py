@@ -53,5 +53,6 @@ def touching(report: Mapping[str, Any], recording: ArmRecording, found: Touch) -
             "above": found.above,
             "times": len(found.rows),
             "share": found.share,
+            "verdict": report["verdict"],
         },
     }

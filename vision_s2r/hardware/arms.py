@@ -88,7 +88,7 @@ def arm_table(measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         rows.append(
             [
                 each["motion"],
-                f"{each['verdict'].replace('_', ' ')}: {names or 'no name'}",
+                f"{each['verdict'].replace('_', ' ')}: {names or 'no name'}{_touches(each['touches'])}",
                 *(_cell(each["errors"][name], name in each["from"]) for name in motions),
                 _mean([error for name, error in each["errors"].items() if name not in each["from"]]),
             ]
@@ -97,10 +97,15 @@ def arm_table(measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "command": "vision-s2r hardware path=DIR",
         "source": "root mean square in a free run of the whole arm, of all joints, mrad, and of the tip, mm: believed "
         "→ diagnosed; what was diagnosed itself (*) on stretches that no fit has seen, or, where several motions were "
-        "together, as fitted to these; others with nothing refitted",
+        "together, as fitted to these; others with nothing refitted; without rows in which a motion's own diagnosis "
+        "has the tip touch something",
         "columns": ["from", "diagnosis", *motions, "mean of the others"],
         "rows": rows,
     }
+
+
+def _touches(found: Mapping[str, Any] | None) -> str:
+    return f" (the tip touches something in {found['share']:.0%} of the rows)" if found else ""
 
 
 def _cell(error: Mapping[str, Any], own: bool) -> str:

@@ -116,6 +116,7 @@ class Touches:
     above: float  # m, the median
     times: int
     share: float  # of all rows
+    verdict: str  # of the other rows
 
 
 @dataclass(frozen=True)

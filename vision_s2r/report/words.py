@@ -10,7 +10,22 @@ QUICK = "This was a quick look: at a part of the recording, with only the most p
 def verdict(report: Mapping[str, Any]) -> str:
     """The whole report in two sentences; what may be contents; and that it was quick where it was."""
     quick = QUICK if report.get("quick") else ""
-    return " ".join(filter(None, [_verdict(report), contents(report.get("contents") or ()), quick]))
+    return " ".join(
+        filter(None, [_touching(report) or _verdict(report), contents(report.get("contents") or ()), quick])
+    )
+
+
+def _touching(report: Mapping[str, Any]) -> str:
+    """What the tip of an arm touches, and what is said of other rows; nothing where it touches nothing."""
+    touches, rest = report.get("touches"), report["unexplained"]
+    if not touches:
+        return ""
+    elsewhere = {**rest, "resembles": rest["resembles"][1:]}  # the first is what it touches
+    return (
+        f"The tip touches something that the simulator has not, at a height of {number(touches['height'])} m, in "
+        f"{percent(touches['share'])} of the rows. Elsewhere: "
+        f"{_verdict({**report, 'verdict': touches['verdict'], 'unexplained': elsewhere})}"
+    )
 
 
 def _verdict(report: Mapping[str, Any]) -> str:
