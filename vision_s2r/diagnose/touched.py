@@ -6,11 +6,9 @@ from typing import Any
 from vision_s2r.diagnose.arm_look import first_look
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.fit.arm.free_run import FreeRuns, fingerprint
-from vision_s2r.fit.arm.touch import Touch, suspected, touched
+from vision_s2r.fit.arm.touch import Touch, is_enough, suspected, touched
 from vision_s2r.recording import ArmRecording
-from vision_s2r.recording.pieces import kept_rows, without
-
-LEAST = 0.4  # of the rows, that have to be left
+from vision_s2r.recording.pieces import without
 
 
 def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[ArmRecording, Touch | None]:
@@ -29,8 +27,7 @@ def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[
 
 
 def _left(recording: ArmRecording, found: Touch) -> ArmRecording:
-    enough = kept_rows(recording, found.rows) >= LEAST * recording.any.lengths.sum()
-    return without(recording, found.rows) if enough else recording
+    return without(recording, found.rows) if is_enough(recording, found.rows) else recording
 
 
 def touching(report: Mapping[str, Any], recording: ArmRecording, found: Touch) -> dict[str, Any]:
@@ -45,7 +42,7 @@ def touching(report: Mapping[str, Any], recording: ArmRecording, found: Touch) -
         "held_out": {
             **report["held_out"],
             "recording": fingerprint(recording),
-            "without": [list(each) for each in found.rows] if _left(recording, found) is not recording else [],
+            "without": [list(each) for each in found.rows] if is_enough(recording, found.rows) else [],
         },
         "touches": {
             "height": found.height,

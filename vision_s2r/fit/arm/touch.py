@@ -13,14 +13,15 @@ import numpy as np
 from vision_s2r.arm.model import opened
 from vision_s2r.fit.arm.free_run import tips
 from vision_s2r.recording import ArmRecording
-from vision_s2r.recording.pieces import Rows
+from vision_s2r.recording.pieces import Rows, kept_rows
 
 LOWEST, HIGHEST = 0.02, 0.5  # of the rows, that are below what it touches
 GIVES_WAY = (0.3, 1.3)  # of the way below it, by which the real tip stays above: 1 of what is rigid
 SUSPECTED, SURE = 0.9, 0.6  # of the mean squared error that a parabola over height leaves, at most
 CLEARER = 3.0  # times further off is the simulator below than above, root mean square
 TIMES = 2  # that it touches, at least
-MARGIN = 0.1  # s before and after, in which it may touch already, and still
+MARGINS = (0.5, 0.3, 0.1)  # s before and after, in which it may touch already, or give way still: the first of these …
+LEAST = 0.5  # … that leaves this part of the rows
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> Touch 
             for k in range(len(simulated))
         ]
     )
-    rows = list(_rows(recording, below))
+    rows = _rows(recording, below)
     if len(rows) < TIMES:
         return None
     most = bends[int(np.argmax(below.sum(axis=1)))]
@@ -124,9 +125,21 @@ def _left(terms: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray]:
     return float(np.mean((values - terms @ solution) ** 2)), solution
 
 
-def _rows(recording: ArmRecording, below: np.ndarray) -> Iterator[tuple[int, int, int]]:
-    """Stretches [E, T] of rows with what is MARGIN before and after."""
-    margin = round(MARGIN / recording.any.sample_time)
+def _rows(recording: ArmRecording, below: np.ndarray) -> list[tuple[int, int, int]]:
+    """Stretches [E, T] of rows, with as wide a margin as leaves enough others."""
+    for seconds in MARGINS:
+        rows = list(_with_margin(recording, below, round(seconds / recording.any.sample_time)))
+        if is_enough(recording, rows):
+            return rows
+    return rows
+
+
+def is_enough(recording: ArmRecording, rows: Rows) -> bool:
+    """Whether as much is left without these rows as a diagnosis needs."""
+    return kept_rows(recording, rows) >= LEAST * int(recording.any.lengths.sum())
+
+
+def _with_margin(recording: ArmRecording, below: np.ndarray, margin: int) -> Iterator[tuple[int, int, int]]:
     for k, length in enumerate(recording.any.lengths):
         near = np.convolve(below[k, :length], np.ones(2 * margin + 1), "full")[margin : margin + length] > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(int)))
