@@ -167,6 +167,13 @@ class JointTrack:
         """Whether commands are the targets of a position servo."""
         return self.nominal.proportional_gain is not None
 
+    @property
+    def target_span(self) -> float:
+        """How far the targets of a servo go, rad or m; 0 where they stand still."""
+        pairs = zip(self.inputs.command, self.inputs.lengths, strict=True)
+        targets = np.concatenate([row[:length] for row, length in pairs])
+        return float(np.ptp(targets))
+
     @cached_property
     def led(self) -> np.ndarray:
         """Samples [E, T] at which the observer is led: a servo's while its drive is off and the load swings on."""
