@@ -51,6 +51,7 @@ def simulate(
     joints, samples = len(command), rows or len(times)
     sample_time = float(np.median(np.diff(times)))
     parts = parts or parts_of(bodies, machines, first, times)
+    step = sample_time / parts
     tables = Tables().array()
     states = np.zeros((joints, sweep.STATE))
     sweep.start(machines, tables, first, states)
@@ -58,21 +59,7 @@ def simulate(
     out[:, 0] = first
     load, steps = np.zeros((samples * parts, joints)), np.zeros(samples * parts)
     room = np.empty(sweep.ROOM * joints + joints**2)
-    sweep.run(
-        bodies.rigid,
-        machines,
-        command,
-        times,
-        first,
-        states,
-        tables,
-        sample_time / parts,
-        parts,
-        out,
-        load,
-        steps,
-        room,
-    )
+    sweep.run(bodies.rigid, machines, command, times, first, states, tables, step, parts, out, load, steps, room)
     sweep.show(machines, sample_time, times[:samples], out)
     return ArmRun(out, _filled(load, steps))
 

@@ -23,7 +23,7 @@ def _touching(report: Mapping[str, Any]) -> str:
     elsewhere = {**rest, "resembles": rest["resembles"][1:]}  # the first is what it touches
     return (
         f"The tip touches something that the simulator has not, at a height of {number(touches['height'])} m, in "
-        f"{percent(touches['share'])} of the rows. Elsewhere: "
+        f"{percent(touches['share'])} of the rows. {'Elsewhere' if report['held_out']['without'] else 'In all rows'}: "
         f"{_verdict({**report, 'verdict': touches['verdict'], 'unexplained': elsewhere})}"
     )
 

@@ -20,6 +20,7 @@ GIVES_WAY = (0.3, 1.3)  # of the way below it, by which the real tip stays above
 SUSPECTED, SURE = 0.9, 0.6  # of the mean squared error that a parabola over height leaves, at most
 CLEARER = 3.0  # times further off is the simulator below than above, root mean square
 TIMES = 2  # that it touches, at least
+FEWEST = 100  # rows that tell
 MARGINS = (0.5, 0.3, 0.1)  # s before and after, in which it may touch already, or give way still: the first of these …
 LEAST = 0.5  # … that leaves this part of the rows
 
@@ -62,12 +63,8 @@ def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> Touch 
     up = -gravity / np.linalg.norm(gravity)
     measured, simulated = (tips(recording, {}, each) @ up for each in (recording.position, positions))
     bends = _bends(simulated, measured - simulated, sure)
-    below = np.array(
-        [
-            simulated[k] < bends[k].height if k in bends else np.zeros(simulated.shape[1], bool)
-            for k in range(len(simulated))
-        ]
-    )
+    at = np.array([bends[k].height if k in bends else -np.inf for k in range(len(simulated))])
+    below = simulated < at[:, None]
     rows = _rows(recording, below)
     if len(rows) < TIMES:
         return None
@@ -97,6 +94,8 @@ def _bend(heights: np.ndarray, off: np.ndarray, sure: bool) -> _Bend | None:
     """Of simulated heights of the tip, which is really so much higher (NaN: not known)."""
     inside = np.isfinite(heights) & np.isfinite(off)
     height, off = heights[inside], off[inside]
+    if len(height) < FEWEST:
+        return None
     left, follows, least = _bent(height, off, straight=not sure)
     smooth = _left(np.stack([np.ones_like(height), height, height**2], axis=1), off)[0]
     if not (left <= (SURE if sure else SUSPECTED) * smooth and GIVES_WAY[0] <= follows <= GIVES_WAY[1]):
