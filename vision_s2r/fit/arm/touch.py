@@ -22,7 +22,7 @@ CLEARER = 3.0  # times further off is the simulator below than above, root mean 
 TIMES = 2  # that it touches, at least
 FEWEST = 100  # rows that tell
 MARGINS = (0.5, 0.3, 0.1)  # s before and after, in which it may touch already, or give way still: the first of these …
-LEAST = 0.5  # … that leaves this part of the rows
+ENOUGH, LEAST = 0.5, 0.25  # … that leaves this part of the rows, or the last; none is left out where less than this is
 
 
 @dataclass(frozen=True)
@@ -128,14 +128,18 @@ def _rows(recording: ArmRecording, below: np.ndarray) -> list[tuple[int, int, in
     """Stretches [E, T] of rows, with as wide a margin as leaves enough others."""
     for seconds in MARGINS:
         rows = list(_with_margin(recording, below, round(seconds / recording.any.sample_time)))
-        if is_enough(recording, rows):
-            return rows
+        if _kept(recording, rows) >= ENOUGH:
+            break
     return rows
 
 
 def is_enough(recording: ArmRecording, rows: Rows) -> bool:
     """Whether as much is left without these rows as a diagnosis needs."""
-    return kept_rows(recording, rows) >= LEAST * int(recording.any.lengths.sum())
+    return _kept(recording, rows) >= LEAST
+
+
+def _kept(recording: ArmRecording, rows: Rows) -> float:
+    return kept_rows(recording, rows) / int(recording.any.lengths.sum())
 
 
 def _with_margin(recording: ArmRecording, below: np.ndarray, margin: int) -> Iterator[tuple[int, int, int]]:
