@@ -28,7 +28,7 @@ from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.position_offset import PositionOffsetForm
 from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.fit.arm.several import fitted_sets, grown_sets, refined
-from vision_s2r.fit.arm.touch import Touch
+from vision_s2r.fit.arm.touch import TipTouch
 from vision_s2r.fit.arm.whole import FoundWhole, RoughWhole, WholeFit, WholeForm, explained, sharpened
 from vision_s2r.fit.case import Experiment, Values
 from vision_s2r.joint import JOINT_EFFECTS
@@ -52,7 +52,7 @@ class ArmDiagnosis(SavedDiagnosis):
     recording: ArmRecording = field(repr=False)
     parts: dict[str, Diagnosis] = field(repr=False)  # of each joint
     found: Values = field(repr=False)  # by JOINT.EFFECT
-    touch: Touch | None = field(repr=False)  # what the tip touches in rows that the recording is without
+    touch: TipTouch | None = field(repr=False)  # what the tip touches in rows that the recording is without
 
     @property
     def patched(self) -> bool:

@@ -6,12 +6,12 @@ from typing import Any
 from vision_s2r.diagnose.arm_look import first_look
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.fit.arm.free_run import FreeRuns, fingerprint
-from vision_s2r.fit.arm.touch import Touch, is_enough, suspected, touched
+from vision_s2r.fit.arm.touch import TipTouch, is_enough, suspected, touched
 from vision_s2r.recording import ArmRecording
 from vision_s2r.recording.pieces import without
 
 
-def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[ArmRecording, Touch | None]:
+def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[ArmRecording, TipTouch | None]:
     """The recording where the tip touches nothing, and what it touches elsewhere, if anything; `cfg` is of joints.
 
     Where the simulator as it came suggests a touch, it is looked for beside one that moves much as the arm does where
@@ -26,11 +26,11 @@ def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[
     return (recording, None) if found is None else (_left(recording, found), found)
 
 
-def _left(recording: ArmRecording, found: Touch) -> ArmRecording:
+def _left(recording: ArmRecording, found: TipTouch) -> ArmRecording:
     return without(recording, found.rows) if is_enough(recording, found.rows) else recording
 
 
-def touching(report: Mapping[str, Any], recording: ArmRecording, found: Touch) -> dict[str, Any]:
+def touching(report: Mapping[str, Any], recording: ArmRecording, found: TipTouch) -> dict[str, Any]:
     """The report of what is left of a recording, as one of all of it."""
     named, rest = bool(report["effects"]), report["unexplained"]
     raised = f"Play the motion so that the tip stays above {found.height:.2g} m, or take away what it touches there."

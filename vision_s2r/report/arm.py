@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.fit.arm.free_run import free_run, gap_errors
-from vision_s2r.fit.arm.touch import Touch
+from vision_s2r.fit.arm.touch import TipTouch
 from vision_s2r.fit.case import Values
 from vision_s2r.recording import ArmRecording
 from vision_s2r.report import drawing
@@ -46,7 +46,7 @@ def figures(recording: ArmRecording, effects: Values, report: Mapping[str, Any])
     )
 
 
-def touch_figure(touch: Touch) -> Figures:
+def touch_figure(touch: TipTouch) -> Figures:
     """By caption: how high the tip is, in the episode in which it touches most."""
     most = max((each[0] for each in touch.rows), key=[each[0] for each in touch.rows].count)
     t = touch.time[most]

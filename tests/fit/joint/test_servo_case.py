@@ -389,10 +389,12 @@ def test_a_joint_that_stands_still_has_ranges_that_effects_may_have(ends) -> Non
         parameter.check(math.exp(end), "acceleration_limit")
 
 
-def test_a_target_that_stands_still_shows_no_limit_of_speed_or_acceleration():
-    """A gripper that is held stays where it is under any: on other motions such a limit would hold it there."""
+def test_a_joint_that_is_only_held_shows_its_dry_friction_at_most():
+    """A gripper that is held would stay so under any limit; on other motions such a limit would hold it there."""
     recording = a_servo(50, {})
     still = replace(
         recording, command=np.full_like(recording.command, 0.5), position=np.full_like(recording.time, 0.504)
     )
-    assert {"velocity_limit", "acceleration_limit"} <= open_case(still, [], 1).not_excited.keys()
+    case = open_case(still, [], 1)
+    assert case.not_excited.keys() == set(case.library) - {"coulomb_friction"}
+    assert not open_case(recording, [], 1).not_excited.keys() & {"velocity_limit", "viscous_damping"}

@@ -26,7 +26,7 @@ ENOUGH, LEAST = 0.5, 0.25  # … that leaves this part of the rows, or the last;
 
 
 @dataclass(frozen=True)
-class Touch:
+class TipTouch:
     """What the tip touches, and when."""
 
     height: float  # m, of the tip, upwards from the origin of the model
@@ -46,17 +46,17 @@ class Touch:
         )
 
 
-def suspected(recording: ArmRecording, positions: np.ndarray) -> Touch | None:
+def suspected(recording: ArmRecording, positions: np.ndarray) -> TipTouch | None:
     """What the tip may touch, of an arm whose simulator [E, T, J] may be wrong in much else."""
     return _found(recording, positions, sure=False)
 
 
-def touched(recording: ArmRecording, positions: np.ndarray) -> Touch | None:
+def touched(recording: ArmRecording, positions: np.ndarray) -> TipTouch | None:
     """What the tip touches, beside simulated positions [E, T, J] that are right but for that."""
     return _found(recording, positions, sure=True)
 
 
-def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> Touch | None:
+def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> TipTouch | None:
     gravity = np.array(opened(recording.model).spec.option.gravity)
     if recording.tip is None or not gravity.any():
         return None
@@ -71,7 +71,7 @@ def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> Touch 
     most = bends[int(np.argmax(below.sum(axis=1)))]
     share = sum(end - first for _, first, end in rows) / int(recording.any.lengths.sum())
     above = float(np.median((measured - simulated)[below]))
-    return Touch(most.height, most.follows, above, rows, share, recording.any.time, measured, simulated)
+    return TipTouch(most.height, most.follows, above, rows, share, recording.any.time, measured, simulated)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ STRETCHES = 8  # … this many in all
 LEAST_STRETCH = 60  # samples
 MOST_SAMPLES = 8000  # a longer recording is thinned out, as long as its steps stay below
 LONGEST_STEP = 0.005  # s
+HELD = {"rotary": 0.01, "linear": 0.001}  # rad, m, that a joint moves at most where it is only held
 REST = 4.0  # standard deviations of noise within which a first row is at rest
 SMOOTH = (2, 15)  # samples to either side over which velocity is read off positions, at least and at most
 
@@ -168,11 +169,13 @@ class JointTrack:
         return self.nominal.proportional_gain is not None
 
     @property
-    def target_span(self) -> float:
-        """How far the targets of a servo go, rad or m; 0 where they stand still."""
+    def held(self) -> bool:
+        """Whether it is a servo whose drive is on, whose target never moves, and which hardly does."""
         pairs = zip(self.inputs.command, self.inputs.lengths, strict=True)
-        targets = np.concatenate([row[:length] for row, length in pairs])
-        return float(np.ptp(targets))
+        asked = all(np.ptp(row[:length]) == 0 for row, length in pairs)
+        moved = (np.nanmax(self.position, axis=1) - np.nanmin(self.position, axis=1)).max()
+        driven = self.inputs.scale is None or bool((self.inputs.scale > 0).all())
+        return bool(self.servo and driven and asked and moved <= HELD[self.units])
 
     @cached_property
     def led(self) -> np.ndarray:

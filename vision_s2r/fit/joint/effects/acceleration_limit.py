@@ -19,9 +19,9 @@ def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     return [{"value": x * size} for x in (0.3, 1.0, 4.0, 15.0, 60.0)]
 
 
-def plausible(track: JointTrack, row: Row) -> Setting | None:
-    """A size that an engineer would care about; None where the target stands still."""
-    return None if track.target_span == 0 else {"value": 10 * track.scales.peak_speed**2 / track.scales.span}
+def plausible(track: JointTrack, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"value": 10 * track.scales.peak_speed**2 / track.scales.span}
 
 
 JOINT_FITS.register(

@@ -17,9 +17,9 @@ def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
     return [{"value": x * track.scales.peak_speed} for x in (0.4, 0.7, 0.9, 1.1, 1.6, 2.5)]
 
 
-def plausible(track: JointTrack, row: Row) -> Setting | None:
-    """A size that an engineer would care about; None where the target stands still."""
-    return None if track.target_span == 0 else {"value": 1.2 * track.scales.peak_speed}
+def plausible(track: JointTrack, row: Row) -> Setting:
+    """A size that an engineer would care about."""
+    return {"value": 1.2 * track.scales.peak_speed}
 
 
 JOINT_FITS.register(
