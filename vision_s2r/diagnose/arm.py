@@ -71,8 +71,8 @@ def diagnose_arm(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int = 1) ->
         if name not in ARM_EFFECTS:
             known = [effect.name for effect in ARM_EFFECTS]
             raise UserError(f"withhold: no effect is called '{name}': {nearest(name, known)}")
-    free, touch = untouched(recording, _of_joints(cfg, IMPROBABLE), jobs)
-    runs = FreeRuns(free)
+    runs, touch = untouched(FreeRuns(recording), _of_joints(cfg, IMPROBABLE), jobs)
+    free = runs.recording
     settled = _settle(runs, cfg, jobs)
     least = {name: cfg.joint.relief * part.case.floor([0])[0] for name, part in settled.parts.items()}
     settled = replace(settled, idle=idle(runs, held_out(free, settled), settled.named, least, cfg.seed, jobs))

@@ -6,28 +6,24 @@ from typing import Any
 from vision_s2r.diagnose.arm_look import first_look
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.fit.arm.free_run import FreeRuns, fingerprint
-from vision_s2r.fit.arm.touch import TipTouch, is_enough, suspected, touched
+from vision_s2r.fit.arm.touch import TipTouch, suspected, touched
 from vision_s2r.recording import ArmRecording
 from vision_s2r.recording.pieces import without
 
 
-def untouched(recording: ArmRecording, cfg: DiagnoseConfig, jobs: int) -> tuple[ArmRecording, TipTouch | None]:
-    """The recording where the tip touches nothing, and what it touches elsewhere, if anything; `cfg` is of joints.
+def untouched(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> tuple[FreeRuns, TipTouch | None]:
+    """Runs of what is left where the tip touches nothing, and what it touches, if anything; `cfg` is of joints.
 
     Where the simulator as it came suggests a touch, it is looked for beside one that moves much as the arm does where
     it touches nothing. All rows stay where those without a touch would be too few.
     """
-    runs = FreeRuns(recording)
+    recording = runs.recording
     found = suspected(recording, runs.states({})[..., 0])
     if found is None:
-        return recording, None
-    near = first_look(_left(recording, found), cfg, jobs)
+        return runs, None
+    near = first_look(without(recording, found.left_out), cfg, jobs)
     found = touched(recording, runs.states(near)[..., 0])
-    return (recording, None) if found is None else (_left(recording, found), found)
-
-
-def _left(recording: ArmRecording, found: TipTouch) -> ArmRecording:
-    return without(recording, found.rows) if is_enough(recording, found.rows) else recording
+    return (FreeRuns(without(recording, found.left_out)), found) if found else (runs, None)
 
 
 def touching(report: Mapping[str, Any], recording: ArmRecording, found: TipTouch) -> dict[str, Any]:
@@ -42,7 +38,7 @@ def touching(report: Mapping[str, Any], recording: ArmRecording, found: TipTouch
         "held_out": {
             **report["held_out"],
             "recording": fingerprint(recording),
-            "without": [list(each) for each in found.rows] if is_enough(recording, found.rows) else [],
+            "without": [list(each) for each in found.left_out],
         },
         "touches": {
             "height": found.height,

@@ -33,6 +33,7 @@ class TipTouch:
     follows: float  # by this part of the simulated tip's way below it the real one stays above
     above: float  # m: by so much the real tip is above the simulated one then, the median
     rows: Rows  # during which it touches, with a margin
+    left_out: Rows  # of these, all, or none where too few others would be left
     share: float  # of all rows
     time: np.ndarray = field(repr=False)  # [E, T] s
     measured: np.ndarray = field(repr=False)  # [E, T] heights (m), NaN after an episode's end
@@ -71,7 +72,8 @@ def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> TipTou
     most = bends[int(np.argmax(below.sum(axis=1)))]
     share = sum(end - first for _, first, end in rows) / int(recording.any.lengths.sum())
     above = float(np.median((measured - simulated)[below]))
-    return TipTouch(most.height, most.follows, above, rows, share, recording.any.time, measured, simulated)
+    left_out = rows if _kept(recording, rows) >= LEAST else []
+    return TipTouch(most.height, most.follows, above, rows, left_out, share, recording.any.time, measured, simulated)
 
 
 @dataclass(frozen=True)
@@ -131,11 +133,6 @@ def _rows(recording: ArmRecording, below: np.ndarray) -> list[tuple[int, int, in
         if _kept(recording, rows) >= ENOUGH:
             break
     return rows
-
-
-def is_enough(recording: ArmRecording, rows: Rows) -> bool:
-    """Whether as much is left without these rows as a diagnosis needs."""
-    return _kept(recording, rows) >= LEAST
 
 
 def _kept(recording: ArmRecording, rows: Rows) -> float:
