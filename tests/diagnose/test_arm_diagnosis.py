@@ -11,12 +11,13 @@ import pytest
 from recordings import an_arm, played
 
 from vision_s2r.diagnose.arm import _settle, diagnose_arm
+from vision_s2r.diagnose.arm_commands import commands
 from vision_s2r.diagnose.arm_look import likely
-from vision_s2r.diagnose.arm_report import _Errors, commands, report
+from vision_s2r.diagnose.arm_report import _Errors, report
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.replay import replay
-from vision_s2r.fit.arm.free_run import FreeRuns, free_run
+from vision_s2r.fit.arm.free_run import FreeRuns, free_run, heights
 from vision_s2r.fit.arm.payload import PayloadForm
 from vision_s2r.fit.arm.problems import motions, problems
 from vision_s2r.fit.arm.whole import WholeFit
@@ -178,6 +179,22 @@ def test_the_next_recording_stays_within_the_limits_of_the_joints():
     table = commands(parts, recording)
     assert list(table) == ["episode", "t", "command.shoulder", "command.elbow"] and table["episode"].max() == 1
     assert np.abs(table["command.elbow"]).max() == 2.5
+
+
+def test_the_next_recording_keeps_the_tip_as_high_as_it_has_been():
+    recording = an_arm(seconds=1.0)
+    near = {name: replace(joint, position=0.3 * joint.position) for name, joint in recording.joints.items()}
+    recording = replace(recording, joints=near)
+    t = np.arange(100) * 0.01
+    asked = Experiment("", {"episode": 0 * t, "t": t, "target": 3.0 * np.sin(6 * t)})
+    parts = {name: SimpleNamespace(recording=each, experiment=asked) for name, each in recording.joints.items()}
+    table = commands(parts, recording)
+    goals = np.stack([table["command.shoulder"], table["command.elbow"]], axis=1)
+    lowest = heights(recording, recording.position).min()
+    rest = np.median(goals, axis=0)
+    asked_of_shoulder = np.stack([3.0 * np.sin(6 * t), np.full(len(t), rest[1])], axis=1)
+    assert heights(recording, asked_of_shoulder).min() < lowest
+    assert heights(recording, goals).min() >= lowest and np.ptp(goals, axis=0).min() > 0.5
 
 
 def test_a_first_look_brings_the_simulated_arm_near_the_measured_one():

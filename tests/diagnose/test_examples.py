@@ -45,6 +45,7 @@ def test_the_answer_and_nothing_else(name, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(1800)  # five logs each
 @pytest.mark.skipif(not REAL.exists(), reason=f"{REAL} is not there")
 @pytest.mark.parametrize("name", MACHINES)
 def test_reports_of_a_real_joint_replay_to_the_digit_and_are_no_worse_than_identification(name, tmp_path):

@@ -101,3 +101,11 @@ def test_where_an_arms_gap_lies_is_said_by_the_height_of_its_tip_and_by_goals():
     (height,) = [each for each in found if each["axis"] == "height of the tip"]
     assert height["at"].startswith("0.8") and height["share"] > 0.7 and height["ci"][0] > 1.5 * height["samples"]
     assert any(each["axis"].startswith("goal of ") for each in found)
+
+
+def test_stretches_of_one_motion_are_not_taken_for_several():
+    recording = an_arm(seconds=4.0)
+    joints = {name: replace(each, source=np.arange(len(recording))) for name, each in recording.joints.items()}
+    left = without(replace(recording, joints=joints), [(0, 100, 150), (0, 250, 300)]).any
+    assert list(left.source) == list(left.stretch_of) == [0, 0, 0, *range(1, len(recording))]
+    assert left.motions == len(recording) and len(left) == len(recording) + 2

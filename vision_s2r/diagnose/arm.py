@@ -12,8 +12,9 @@ import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET
 from vision_s2r.arm.model import opened
+from vision_s2r.diagnose.arm_commands import commands
 from vision_s2r.diagnose.arm_look import REMARKABLE, likely, off
-from vision_s2r.diagnose.arm_report import IMPROBABLE, SettledArm, commands, held_out, report
+from vision_s2r.diagnose.arm_report import IMPROBABLE, SettledArm, held_out, report
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.borne_out import idle
 from vision_s2r.diagnose.config import DiagnoseConfig

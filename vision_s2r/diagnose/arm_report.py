@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.arm.effect import ARM_EFFECTS, OFFSET, WHOLE
-from vision_s2r.arm.model import opened
 from vision_s2r.diagnose.arm_torque import torques
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.locate import where
@@ -22,7 +21,7 @@ from vision_s2r.fit.arm.problems import Problems
 from vision_s2r.fit.arm.whole import FoundWhole
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gap import Gap, Share
-from vision_s2r.recording import ArmRecording, JointRecording
+from vision_s2r.recording import ArmRecording
 from vision_s2r.report.reading import FORMAT
 from vision_s2r.statistics import shapley
 
@@ -388,28 +387,3 @@ def _next(parts: Mapping[str, Mapping[str, Any]]) -> str:
         if part["next_experiment"]:
             wishes.setdefault(part["next_experiment"], []).append(name)
     return " ".join(f"{', '.join(names)}: {wish}" for wish, names in wishes.items())
-
-
-def commands(parts: Mapping[str, Diagnosis], recording: ArmRecording) -> dict[str, np.ndarray]:
-    """The experiments of all joints, one after the other, while the others are asked to stay.
-
-    Goals are within the limits that the model has for a joint, wherever the log's own were.
-    """
-    rest = {}
-    for name, part in parts.items():
-        assert isinstance(part.recording, JointRecording)
-        rest[name] = 0.5 * (np.nanmin(part.recording.command) + np.nanmax(part.recording.command))
-    columns: dict[str, list[np.ndarray]] = {}
-    count = 0
-    for name, part in parts.items():
-        if not part.experiment.commands:
-            continue
-        episode, t, command = part.experiment.commands.values()
-        held = {f"command.{other}": np.full(len(t), value) for other, value in rest.items()}
-        for key, values in ({"episode": episode + count, "t": t} | held | {f"command.{name}": command}).items():
-            columns.setdefault(key, []).append(values)
-        count += int(episode[-1]) + 1
-    found, known = {key: np.concatenate(values) for key, values in columns.items()}, opened(recording.model).joints
-    for name in (name for name in parts if found and recording.modes[name] == "position"):
-        found[f"command.{name}"] = found[f"command.{name}"].clip(known[name].low, known[name].high)
-    return found

@@ -39,11 +39,18 @@ class JointRecording:
     gains: np.ndarray | None = None  # float64 [E]: factor of both gains of a servo, episode by episode; None: 1
     # float64 [E], rad/s or m/s: of the first rows, where there are no velocities and episodes begin in motion; None: 0
     start_velocity: np.ndarray | None = None
+    # int64 [E]: where rows were left out, which of the episodes before an episode is a stretch of; None: each is whole
+    stretch_of: np.ndarray | None = None
 
     kind = "joint"
 
     def __len__(self) -> int:
         return len(self.lengths)
+
+    @property
+    def motions(self) -> int:
+        """How many motions there are: episodes, as they were before any rows were left out."""
+        return len(self) if self.stretch_of is None else len(np.unique(self.stretch_of))
 
     @property
     def servo(self) -> bool:
@@ -195,6 +202,7 @@ def _episodes(recording: JointRecording, index: np.ndarray) -> JointRecording:
         gains=None if recording.gains is None else recording.gains[index],
         start_velocity=None if recording.start_velocity is None else recording.start_velocity[index],
         source=None if recording.source is None else recording.source[index],
+        stretch_of=None if recording.stretch_of is None else recording.stretch_of[index],
         episodes=tuple(recording.episodes[k] for k in index),
     )
 

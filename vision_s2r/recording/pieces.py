@@ -44,7 +44,7 @@ def _kept(recording: JointRecording, rows: Rows) -> list[tuple[int, int, int]]:
 
 
 def _of_joint(joint: JointRecording, kept: Rows) -> JointRecording:
-    lengths = np.array([end - first for _, first, end in kept])
+    lengths, of = np.array([end - first for _, first, end in kept]), np.array([k for k, _, _ in kept])
     times = None
     if joint.times is not None:
         times = _taken(joint.times, kept, 0.0)
@@ -58,6 +58,9 @@ def _of_joint(joint: JointRecording, kept: Rows) -> JointRecording:
         times=times,
         lengths=lengths,
         episodes=tuple(range(len(kept))),
+        stretch_of=of,
+        source=None if joint.source is None else joint.source[of],
+        gains=None if joint.gains is None else joint.gains[of],
         start_velocity=np.array([_velocity(joint, k, first) for k, first, _ in kept]),
         velocity=None if joint.velocity is None else _taken(joint.velocity, kept, np.nan),
         supply=None if joint.supply is None else _taken(joint.supply, kept, 1.0),

@@ -143,6 +143,21 @@ def tips(recording: ArmRecording, effects: Values, positions: np.ndarray) -> np.
     return out
 
 
+def heights(recording: ArmRecording, positions: np.ndarray) -> np.ndarray | None:
+    """How high the tip is [...] (m), against gravity, at positions [..., J]; NaN where these are not known.
+
+    None of a recording that doesn't say what its tip is, and without gravity.
+    """
+    gravity = np.array(opened(recording.model).spec.option.gravity)
+    if recording.tip is None or not gravity.any():
+        return None
+    out, known = np.full(positions.shape[:-1], np.nan), np.isfinite(positions).all(axis=-1)
+    places = bodies_of(recording, {}).tip(positions[known])
+    assert places is not None
+    out[known] = places @ (-gravity / np.linalg.norm(gravity))
+    return out
+
+
 def fingerprint(recording: ArmRecording) -> str:
     """What tells a recording from every other."""
     return hashlib.sha256("".join(map(of_joint, recording.joints.values())).encode()).hexdigest()

@@ -10,8 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from vision_s2r.arm.model import opened
-from vision_s2r.fit.arm.free_run import tips
+from vision_s2r.fit.arm.free_run import heights
 from vision_s2r.recording import ArmRecording
 from vision_s2r.recording.pieces import Rows, kept_rows
 
@@ -58,11 +57,9 @@ def touched(recording: ArmRecording, positions: np.ndarray) -> TipTouch | None:
 
 
 def _found(recording: ArmRecording, positions: np.ndarray, sure: bool) -> TipTouch | None:
-    gravity = np.array(opened(recording.model).spec.option.gravity)
-    if recording.tip is None or not gravity.any():
+    measured, simulated = heights(recording, recording.position), heights(recording, positions)
+    if measured is None or simulated is None:
         return None
-    up = -gravity / np.linalg.norm(gravity)
-    measured, simulated = (tips(recording, {}, each) @ up for each in (recording.position, positions))
     bends = _bends(simulated, measured - simulated, sure)
     at = np.array([bends[k].height if k in bends else -np.inf for k in range(len(simulated))])
     below = simulated < at[:, None]

@@ -23,7 +23,7 @@ from vision_s2r.fit.joint.noise import fast_variance
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
 from vision_s2r.fit.joint.smooth_unknown import ALL, VARIANCES, SmoothUnknown
 from vision_s2r.fit.joint.stick_slip import stick_slip
-from vision_s2r.fit.joint.track import fast_noise, make_track, with_load
+from vision_s2r.fit.joint.track import HOLDS, fast_noise, make_track, with_load
 from vision_s2r.fit.likelihood import GAUSSIAN, block_loglik
 from vision_s2r.joint import DYNAMICS, REFITTED, SERVO, unit
 from vision_s2r.recording import JointRecording, split
@@ -34,6 +34,7 @@ TOLERANCE = 0.003  # relative change of a nominal parameter that is the simulato
 ONE_GAIN = "it is one with the proportional gain"
 NEVER_OFF = "the drive is never off: it is one with viscous damping"
 INSTANTS = "torques of their own instants, as of knocks, lost commands, or a contact that opens"
+STILL = "its target never moves"
 NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
@@ -65,19 +66,21 @@ class JointCase:
         self.recording, self.library, self._jobs = recording, library, jobs
         off = recording.supply is not None and bool((recording.supply <= 0).any())
         self._apart = _not_tried(recording, library, off)
-        self.refitted, self.guessed = _refitted(recording, library, off), _guessed(recording, library)
+        self.guessed = _guessed(recording, library)
         self.rough: Names = frozenset(name for name in library if JOINT_FITS[name].rough)
-        self.motions = len(recording)
+        self.motions = recording.motions
         self.metric, self.unit = gap_metric(recording)
         grid = find_quantization_grid(recording.position, recording.lengths)
         known = grid is not None and "encoder_quantization" in library
         self.certain: Mapping[str, float] = {"encoder_quantization": grid.evidence} if grid and known else {}
         self._grid: QuantizationGrid | None = grid if known else None
         track = make_track(recording, grid is not None and _is_derived(recording))
+        self.refitted = frozenset({HOLDS} & library.keys()) if track.held else _refitted(recording, library, off)
         self.segments = track.count
         self.replaced: Mapping[str, float] = asdict(track.nominal)
         base, grids = self._with_own(self.refitted | frozenset(self.certain)), (self._grid, None if known else grid)
-        self._begin(FirstLook(track, base, library, self._apart, grids, near, jobs))
+        self._still = dict.fromkeys(library.keys() - {HOLDS}, STILL) if track.held else {}
+        self._begin(FirstLook(track, base, library, self._apart.keys() | self._still.keys(), grids, near, jobs))
         self.described = self._describe()
         # A law that leads the joint back makes of each torque more than an observer's correction undoes.
         self.disturbance: Names = frozenset() if track.servo else frozenset({DISTURBANCE})
@@ -96,7 +99,7 @@ class JointCase:
         self._labels, self._owners = uncertainty.blocks(look.track.segment, int(max(BLOCK, 5 / look.temper.min())))
         idle = [name for name in self.library if name not in look.promising | self._apart.keys()]
         unseen = not_excited(look.fitter, look.base, look.expected / look.temper, idle)
-        self.not_excited: Mapping[str, str] = {**unseen, **self._apart}
+        self.not_excited: Mapping[str, str] = {**unseen, **self._still, **self._apart}
 
     def _with_own(self, names: Names) -> Names:
         """With what each recording has of its own, where there are several: a bias torque, a position offset."""

@@ -7,13 +7,10 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 
 DETECTABLE = 20.0  # nats that an effect of plausible size should bring
-HOLDS = "coulomb_friction"  # what a joint that is only held may show: where it stands still beside its target
 
 
 def not_excited(fitter: JointFitter, base: Hypothesis, noise: np.ndarray, names: list[str]) -> dict[str, str]:
     """Of these effects, those that the recording could not have shown, and why."""
-    if fitter.track.held:
-        return {name: "its target never moves" for name in names if name != HOLDS}
     space = fitter.space(names_of(base))
     row = space.row(space.start(base))
     found = {}

@@ -14,7 +14,7 @@ from vision_s2r.fit.joint.fitter import Floor, JointFitter, names_of
 from vision_s2r.fit.joint.noise import fast_variance, inflation, memory, resolved
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.quantization import QuantizationGrid
-from vision_s2r.fit.joint.track import JointTrack, fast_noise, led_by
+from vision_s2r.fit.joint.track import HOLDS, JointTrack, fast_noise, led_by
 from vision_s2r.fit.likelihood import GAUSSIAN
 
 STEP, SERVO_STEP = 0.004, 0.002  # s, of the integrator, at most
@@ -26,6 +26,7 @@ LAYERS = 4  # effects that are taken off, at most, before the noise is read off 
 QUIET = 1.15  # times the noise's own mean square: nothing more is taken off a residual that is smaller
 PROMISING, CLEAR = 10.0, 100.0  # nats that an effect seems to gain where there is something left, or seemingly not
 SKEW = 0.02  # of a sample time: to no more than this are positions and velocities known to be of the same instant
+HALVINGS, STANDS = 6, 1e-6  # of a friction that holds; rad or m, that what stands still may move
 DIFFERENT = 30  # samples at most, that say something different of a simulator which lacks something
 
 
@@ -106,7 +107,29 @@ class FirstLook:
 
     def _fit_base(self) -> Hypothesis:
         """The simulator with every nominal parameter refitted, and what is certain; no other effect."""
-        return self.fitter.fit(self._names, list(self._segments), NOMINAL)
+        start = self._holding() if self.track.held else NOMINAL
+        return self.fitter.fit(self._names, list(self._segments), start)
+
+    def _holding(self) -> Hypothesis:
+        """About the least dry friction that holds a joint which stands still, where any does.
+
+        Less lets it slip, more shows in nothing: no descent goes over that bend.
+        """
+        low, high = self.track.nominal.coulomb_friction, self.track.holding
+        least, now = (self._missed(Hypothesis({HOLDS: {"value": each}})) for each in (high, low))
+        if now <= least + STANDS:
+            return NOMINAL
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            if self._missed(Hypothesis({HOLDS: {"value": middle}})) <= least + STANDS:
+                high = middle
+            else:
+                low = middle
+        return Hypothesis({HOLDS: {"value": high}})
+
+    def _missed(self, hypothesis: Hypothesis) -> float:
+        """The largest residual of a position."""
+        return float(np.abs(self.fitter.residuals(hypothesis, self._segments)[..., 0]).max())
 
     def _make_fitter(self, repeats: float = 1.0, first: Hypothesis | None = None) -> JointFitter:
         track = self.track

@@ -19,6 +19,7 @@ STRETCHES = 8  # … this many in all
 LEAST_STRETCH = 60  # samples
 MOST_SAMPLES = 8000  # a longer recording is thinned out, as long as its steps stay below
 LONGEST_STEP = 0.005  # s
+HOLDS = "coulomb_friction"  # all that a joint may show which is only held: it stands still beside its target
 HELD = {"rotary": 0.01, "linear": 0.001}  # rad, m, that a joint moves at most where it is only held
 REST = 4.0  # standard deviations of noise within which a first row is at rest
 SMOOTH = (2, 15)  # samples to either side over which velocity is read off positions, at least and at most
@@ -176,6 +177,12 @@ class JointTrack:
         moved = (np.nanmax(self.position, axis=1) - np.nanmin(self.position, axis=1)).max()
         driven = self.inputs.scale is None or bool((self.inputs.scale > 0).all())
         return bool(self.servo and driven and asked and moved <= HELD[self.units])
+
+    @property
+    def holding(self) -> float:
+        """As much dry friction (N·m, N) holds the joint against its drive and its loads together."""
+        load = 0.0 if self.inputs.external is None else float(np.nanmax(np.abs(self.inputs.external)))
+        return self.scales.peak_torque + load + abs(self.nominal.gravity_torque) + abs(self.nominal.bias_torque)
 
     @cached_property
     def led(self) -> np.ndarray:

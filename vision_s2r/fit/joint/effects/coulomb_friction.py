@@ -10,7 +10,8 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
-    return [linear("value", 0.0, 2 * s.peak_torque, s.torque, 0.5 * track.nominal.coulomb_friction + 0.1 * s.torque)]
+    most = 2 * max(s.peak_torque, track.holding if track.held else 0.0)
+    return [linear("value", 0.0, most, s.torque, 0.5 * track.nominal.coulomb_friction + 0.1 * s.torque)]
 
 
 def starts(track: JointTrack, row: Row, residuals: np.ndarray) -> list[Setting]:
