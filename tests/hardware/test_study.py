@@ -1,6 +1,7 @@
 """Measured machines: diagnosed once, and tried on what no fit has seen."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -87,6 +88,8 @@ def test_an_arm_is_diagnosed_from_one_motion_and_tried_on_the_others(tmp_path, m
     before, after = (float(part) for part in other.partition(";")[0].split(" → "))
     assert after < 0.05 * before and " mm" in other
     monkeypatch.setattr(arms, "diagnose", None)  # its report is there
+    reports = tmp_path / "out" / "reports" / "arm"
+    shutil.copytree(reports / "one", reports / "one+gone")  # of a motion that is not there any more
     assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}["arms"] == found
 
 

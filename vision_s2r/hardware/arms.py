@@ -44,7 +44,10 @@ def measured_arms(machine: MachineRecordings, folder: Path) -> list[dict[str, An
     """
     files = sorted(folder.glob(f"*/{REPORT}"))
     called = {folder_of([name]): name for name in machine.recordings}
-    reports = {tuple(called[part] for part in each.parent.name.split("+")): read_report(each) for each in files}
+    parts = {each: each.parent.name.split("+") for each in files}
+    # What was of a motion that is not there any more tells nothing.
+    there = {each: tuple(called[part] for part in of) for each, of in parts.items() if called.keys() >= {*of}}
+    reports = {motions: read_report(each) for each, motions in there.items()}
     left_out = {motions: report["held_out"].get("without") or [] for motions, report in reports.items()}
     recordings = {name: read(path) for name, path in machine.recordings.items()}
     return [_measured(machine.name, motions, report, recordings, left_out) for motions, report in reports.items()]
