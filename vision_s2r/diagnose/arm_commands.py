@@ -42,8 +42,7 @@ class _Room:
     def __init__(self, recording: ArmRecording, parts: Mapping[str, Diagnosis]) -> None:
         self._recording, self._parts = recording, parts
         measured = heights(recording, recording.position)
-        goals = set(recording.modes.values()) == {"position"}
-        self._lowest = -np.inf if measured is None or not goals else float(np.nanmin(measured))
+        self._lowest = -np.inf if measured is None or not recording.by_goals else float(np.nanmin(measured))
 
     @cached_property
     def rest(self) -> dict[str, float]:

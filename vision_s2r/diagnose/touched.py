@@ -29,10 +29,9 @@ def untouched(runs: FreeRuns, cfg: DiagnoseConfig, jobs: int) -> tuple[FreeRuns,
 def touching(report: Mapping[str, Any], recording: ArmRecording, found: TipTouch) -> dict[str, Any]:
     """The report of what is left of a recording, as one of all of it."""
     named, rest = bool(report["effects"]), report["unexplained"]
-    raised = (
-        f"Play the motion so that the tip stays above {found.height:.2g} m, or take away what it touches there: "
-        "next_recording.csv goes no lower than the tip has been."
-    )
+    raised = f"Play the motion so that the tip stays above {found.height:.2g} m, or take away what it touches there."
+    if recording.by_goals:
+        raised += " The commands of next_recording.csv bring it no lower than it has been."
     return {
         **report,
         "verdict": "partly_explained" if named else "unexplained",

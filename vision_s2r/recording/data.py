@@ -140,6 +140,11 @@ class ArmRecording:
         return len(self.any)
 
     @property
+    def by_goals(self) -> bool:
+        """Whether all joints are commanded in positions."""
+        return set(self.modes.values()) == {"position"}
+
+    @property
     def any(self) -> JointRecording:
         """One of the joints, which have episodes, lengths and times in common."""
         return next(iter(self.joints.values()))
