@@ -14,7 +14,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.joint.free_run import free_run
 from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording, read, split, write
-from vision_s2r.recording.joined import read_together
+from vision_s2r.recording.joined import joined_arms, read_together
 
 QUICK = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, most=2)
 EFFECTS = {"viscous_damping": {"value": 0.2}, "coulomb_friction": {"value": 2 * NOMINAL["coulomb_friction"]}}
@@ -90,6 +90,16 @@ def test_an_arms_recordings_are_one(tmp_path):
     np.testing.assert_allclose(both.position[len(one) :, : two.position.shape[1]], two.position, atol=1e-6)
     with pytest.raises(UserError, match="differ in tip"):
         read_together([folders[0], write(dataclasses.replace(two, tip=None), tmp_path / "c")])
+
+
+def test_recordings_with_even_times_and_with_jittered_ones_are_one():
+    even = an_arm(seconds=1.0)
+    times = np.tile(even.any.time[0] * 1.0002, (len(even), 1))
+    late = dataclasses.replace(
+        even, joints={name: dataclasses.replace(j, times=times) for name, j in even.joints.items()}
+    )
+    np.testing.assert_array_equal(joined_arms([even, late]).any.time, np.concatenate([even.any.time, times]))
+    np.testing.assert_array_equal(joined_arms([late, even]).any.time, np.concatenate([times, even.any.time]))
 
 
 def test_what_is_of_several_machines_is_refused(tmp_path):

@@ -13,7 +13,7 @@ from vision_s2r.recording.data import ArmRecording, JointRecording
 from vision_s2r.recording.joint import CONTROL, NOMINAL
 from vision_s2r.recording.read import read
 
-OPTIONAL = ("velocity", "times", "supply", "external", "load_inertia")  # which all have, or none
+OPTIONAL = ("velocity", "supply", "external", "load_inertia")  # which all have, or none
 
 GAINS = ("proportional_gain", "derivative_gain")  # nominal values of a servo
 ALIKE = 1e-3  # relative: clocks of two runs at one rate, which each recording's mean step shows
@@ -22,7 +22,7 @@ ALIKE = 1e-3  # relative: clocks of two runs at one rate, which each recording's
 def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     """The episodes of recordings of one joint, numbered from 0 in the order given.
 
-    Where times are even, the first recording's step is taken for all. A servo may have had other gains in some, both by
+    Where times are even in all, the first recording's step is taken for all. A servo may have had other gains in some, both by
     one factor. Raises UserError where they are not of one simulator, sampled alike, with the same columns.
     """
     recordings, gains = _of_one_gain(recordings)
@@ -58,7 +58,7 @@ def joined(recordings: Sequence[JointRecording]) -> JointRecording:
         position=stacked("position", np.nan),
         lengths=lengths,
         episodes=tuple(range(len(lengths))),
-        times=_times(recordings, samples) if first.times is not None else None,
+        times=_times(recordings, samples) if any(each.times is not None for each in recordings) else None,
         gains=gains,
         source=np.repeat(np.arange(len(recordings)), [len(each) for each in recordings]),
         left_out={name: why for each in recordings for name, why in each.left_out.items()},
@@ -143,7 +143,6 @@ def _times(recordings: Sequence[JointRecording], samples: int) -> np.ndarray:
     """[E, samples]; they go on after the end of an episode as they are to."""
     parts = []
     for each in recordings:
-        times = cast(np.ndarray, each.times)
-        more = np.arange(1, samples - times.shape[1] + 1) * each.sample_time
-        parts.append(np.concatenate([times, times[:, -1:] + more], axis=1))
+        more = np.arange(1, samples - each.time.shape[1] + 1) * each.sample_time
+        parts.append(np.concatenate([each.time, each.time[:, -1:] + more], axis=1))
     return np.concatenate(parts)
