@@ -22,8 +22,8 @@ ALIKE = 1e-3  # relative: clocks of two runs at one rate, which each recording's
 def joined(recordings: Sequence[JointRecording]) -> JointRecording:
     """The episodes of recordings of one joint, numbered from 0 in the order given.
 
-    Where times are even in all, the first recording's step is taken for all. A servo may have had other gains in some, both by
-    one factor. Raises UserError where they are not of one simulator, sampled alike, with the same columns.
+    Where times are even in all, the first recording's step is taken for all. A servo may have had other gains in some,
+    both by one factor. Raises UserError where they are not of one simulator, sampled alike, with the same columns.
     """
     recordings, gains = _of_one_gain(recordings)
     first = recordings[0]
