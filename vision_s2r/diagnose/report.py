@@ -109,7 +109,7 @@ def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict
         **_named(name),
         "source": case.library[name].source,
         **_share(settled.share(name)),
-        "evidence": _evidence(case, assessor, settled.found, name),
+        "evidence": _evidence(case, assessor, settled, name),
         "parameters": _parameters(case, settled, name),
         **({} if name in settled.simulator.names else {"patched": False}),
     }
@@ -173,14 +173,14 @@ def _candidates(
     for name in case.library:
         line: dict[str, Any] = {**_named(name), "status": "absent", "evidence": 0.0, "confusable_with": []}
         if name in found.effects:
-            line |= {"status": "present", "evidence": _evidence(case, assessor, found, name)}
+            line |= {"status": "present", "evidence": _evidence(case, assessor, settled, name)}
         elif name in case.not_excited:
             line |= {"status": "not_excited", "reason": case.not_excited[name]}
         else:
             tried = assessor.assessed.get(final.names | {name})
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
             if name in final.names & settled.slight:
-                line["evidence"] = _evidence(case, assessor, found, name)
+                line["evidence"] = _evidence(case, assessor, settled, name)
             rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
             rivals += [found.effects & case.guessed] if name in settled.vague else []
             if name in settled.slight:
@@ -234,11 +234,19 @@ def _likeliest(case: Case, assessor: Assessor, found: Found) -> list[Hypothesis]
     return [each.hypothesis for each in best[:ALTERNATIVES] if each.names != found.final.names]
 
 
-def _evidence(case: Case, assessor: Assessor, found: Found, name: str) -> float:
-    """Nats that a named effect brings beside the others, or by its own signature."""
-    without = assessor.one(found.final.names - {name}, found.final.hypothesis)
+def _evidence(case: Case, assessor: Assessor, settled: Settled, name: str) -> float:
+    """Nats that a named effect brings beside the others, or by its own signature.
+
+    Beside something unknown, which may do its work there, or in the simulator that has nothing unknown.
+    """
     signature = {**case.certain, **case.measured}
-    return max(assessor.gain(found.final, without).nats, signature.get(name, 0.0))
+    ends = [settled.found.final]
+    if settled.simulator.assessment.names == settled.simulator.names:
+        ends.append(settled.simulator.assessment)
+    gains = (
+        assessor.gain(end, assessor.one(end.names - {name}, end.hypothesis)).nats for end in ends if name in end.names
+    )
+    return max(*gains, signature.get(name, 0.0))
 
 
 def _places(case: Case, assessor: Assessor, settled: Settled) -> list[dict[str, Any]]:
