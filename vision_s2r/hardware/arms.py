@@ -96,8 +96,9 @@ def arm_table(measured: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
                 _mean([error for name, error in each["errors"].items() if name not in each["from"]]),
             ]
         )
+    together = (f"'together=[{','.join(each['from'])}]'" for each in measured if len(each["from"]) > 1)
     return {
-        "command": "vision-s2r hardware path=DIR",
+        "command": " and ".join(["vision-s2r hardware path=DIR", *together]),
         "source": "root mean square in a free run of the whole arm, of all joints, mrad, and of the tip, mm: believed "
         "→ diagnosed; what was diagnosed itself (*) on stretches that no fit has seen, or, where several motions were "
         "together, as fitted to these; others with nothing refitted; without rows in which a motion's own diagnosis "
