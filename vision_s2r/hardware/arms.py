@@ -42,12 +42,12 @@ def measured_arms(machine: MachineRecordings, folder: Path) -> list[dict[str, An
     Of one motion, its own are on stretches held out. The others' are with nothing refitted, and without the rows in
     which a motion's own diagnosis found that the tip touches something; those of several together, too.
     """
-    files = sorted(folder.glob(f"*/{REPORT}"))
     called = {folder_of([name]): name for name in machine.recordings}
-    parts = {each: each.parent.name.split("+") for each in files}
-    # What was of a motion that is not there any more tells nothing.
-    there = {each: tuple(called[part] for part in of) for each, of in parts.items() if called.keys() >= {*of}}
-    reports = {motions: read_report(each) for each, motions in there.items()}
+    reports = {}
+    for file in sorted(folder.glob(f"*/{REPORT}")):
+        parts = file.parent.name.split("+")
+        if called.keys() >= {*parts}:  # what was of a motion that is not there any more tells nothing
+            reports[tuple(called[part] for part in parts)] = read_report(file)
     left_out = {motions: report["held_out"].get("without") or [] for motions, report in reports.items()}
     recordings = {name: read(path) for name, path in machine.recordings.items()}
     return [_measured(machine.name, motions, report, recordings, left_out) for motions, report in reports.items()]

@@ -169,7 +169,7 @@ class JointTrack:
         """Whether commands are the targets of a position servo."""
         return self.nominal.proportional_gain is not None
 
-    @property
+    @cached_property
     def held(self) -> bool:
         """Whether it is a servo whose drive is on, whose target never moves, and which hardly does."""
         pairs = zip(self.inputs.command, self.inputs.lengths, strict=True)

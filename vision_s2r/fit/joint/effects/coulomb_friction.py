@@ -10,7 +10,7 @@ from vision_s2r.fit.joint.track import JointTrack
 def ranges(track: JointTrack, noise: float) -> list[ParameterRange]:
     """What the fit moves."""
     s = track.scales
-    most = 2 * max(s.peak_torque, track.holding if track.held else 0.0)
+    most = 2 * (track.holding if track.held else s.peak_torque)
     return [linear("value", 0.0, most, s.torque, 0.5 * track.nominal.coulomb_friction + 0.1 * s.torque)]
 
 
