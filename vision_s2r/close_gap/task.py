@@ -47,6 +47,7 @@ class Task:
         self._cfg, self._out = cfg, out
         self.scenes = Scenes.open(replace(cfg.evaluate, limit=scenes or cfg.evaluate.limit), test_scene(cfg))
         self._runners: dict[tuple[str, str], Runner] = {}
+        self._grasps: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by what is seen, and by whom: drives do not matter
 
     def success(self, way: Way, robot: Machine, look: str = "real") -> np.ndarray:
         """bool [N]: whether the grasp that this way chooses in each scene holds on a robot.
@@ -56,11 +57,14 @@ class Task:
         runner = self._runner(way)
         column = Column("robot", look, robot.camera if robot.parts.get("camera") else CameraConfig())
         others = {name: robot.parts[name] for name in robot.parts if name != "camera"}
-        key = fingerprint(runner.fingerprint(column, self.scenes, self._cfg.seed), others, list(way.tuning.believed))
+        seen = runner.fingerprint(column, self.scenes, self._cfg.seed)
+        key = fingerprint(seen, others, list(way.tuning.believed))
         path = self._out / f"{key[:16]}.json"
         cell = Cell.load(path, key)
         if cell is None:
-            grasps, q = runner.act(pictures(column, self.scenes.views, self._cfg.seed), self.scenes)
+            if seen not in self._grasps:
+                self._grasps[seen] = runner.act(pictures(column, self.scenes.views, self._cfg.seed), self.scenes)
+            grasps, q = self._grasps[seen]
             calls = (
                 (self.scenes.cfg, state, grasp, robot, way.tuning)
                 for state, grasp in zip(self.scenes.states, np.asarray(grasps, np.float64), strict=True)

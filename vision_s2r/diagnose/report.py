@@ -1,5 +1,6 @@
 """The report of a diagnosis, as RECORDING.md has it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ SLIGHT = (
 )
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is neither explained nor none, be it of rare instants
 MORE = "Record more of it, under conditions that differ more from each other than these."
+LEFT, HIDDEN = "A part of the gap is left.", "Small effects may hide in this recording."
 
 
 def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, Any], Experiment]:
@@ -217,12 +219,14 @@ def _next(
 ) -> Experiment:
     """The recording to make next; where the gap is unexplained, one that tells its likeliest explanations apart.
 
-    It is empty only where nothing is left open.
+    Where nothing is to be told apart, one that shows more than this one does; cameras have none.
     """
     rivals = [found.final.hypothesis, *(each.hypothesis for each in equivalent)]
     if said == "unexplained":
         rivals += _likeliest(case, assessor, found)
     found_next = case.experiment(rivals, not_excited)
+    if not found_next.open:
+        return replace(found_next, sentence=f"{LEFT if said in OPEN else HIDDEN} {found_next.sentence}")
     return found_next if found_next.sentence or said not in OPEN else Experiment(MORE)
 
 

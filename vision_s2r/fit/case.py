@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -61,6 +61,13 @@ class Experiment:
     # Of the table that a person can run, columns [N] by name, t (s) among them; empty where there is none to run.
     commands: Mapping[str, np.ndarray] = field(default_factory=dict)
     target: np.ndarray | None = None  # uint8 [H, W]: of a camera, what to print and photograph
+    open: bool = True  # it settles what was left open; else it shows more than a recording that settled everything
+
+    def or_else(self, harder: "Experiment") -> "Experiment":
+        """Another that can be run, with what this one wishes for; this one where there is none."""
+        if not harder.commands:
+            return self
+        return replace(harder, sentence=f"{harder.sentence} {self.sentence}".rstrip(), open=False)
 
 
 class Case(Protocol):
@@ -193,7 +200,7 @@ class Case(Protocol):
         """The recording to make next; its sentence is empty where none is needed.
 
         It tells the rivals apart: the candidate whose predictions under them differ most. And it excites the
-        `not_excited` effects.
+        `not_excited` effects. Where no candidate does, it shows most of all other effects, of joints and tosses.
         """
         ...
 

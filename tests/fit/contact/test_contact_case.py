@@ -353,3 +353,9 @@ def test_a_throw_is_asked_for_where_no_value_is_refitted():
     rivals = [Hypothesis(), Hypothesis({"rolling_friction": {"value": 0.01}})]
     asked = case.experiment(rivals, [])
     assert asked.sentence and asked.commands
+
+
+def test_tosses_that_leave_nothing_open_still_have_others_to_make():
+    case = ContactCase(a_contact(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    asked = case.experiment([Hypothesis()], [])
+    assert not asked.open and set(COLUMNS) <= asked.commands.keys()

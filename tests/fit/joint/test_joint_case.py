@@ -90,6 +90,14 @@ def test_the_next_experiment_is_one_that_the_drive_can_make(tmp_path: Path) -> N
     assert not any(word in asked for word in ("target", "gain", "deadband", "velocity_limit", "acceleration_limit"))
 
 
+def test_a_recording_that_leaves_nothing_open_still_has_one_to_make_that_is_harder(tmp_path: Path) -> None:
+    generated("null", 0, tmp_path)
+    diagnosis = diagnose(read(tmp_path), DiagnoseConfig())
+    asked, track = diagnosis.experiment, diagnosis.case.track
+    assert diagnosis.verdict == "no_gap" and asked.sentence.startswith("Small effects may hide")
+    assert 0 < np.abs(asked.commands["current"]).max() <= np.abs(track.command).max()
+
+
 def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
     assert generated("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
     report = reported(tmp_path)

@@ -6,7 +6,7 @@ those is part of what a throw is worth (Hunter and Reiner 1965, as for joints).
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,18 +60,37 @@ def experiment(
     for rival in (each.only(CONTACT_FITS) for each in rivals[1:]):
         nats = np.array([fitter.apart(base, rival, names) for fitter in fitters])
         questions.append(Question(told_by(names_of(rival), names), True, nats))
-    for name in asked:
-        size = Hypothesis({**base.values, name: CONTACT_FITS[name].plausible(fitters[0].scales)})
-        free = (names | frozenset(COEFFICIENTS)) - {name}
-        questions.append(Question(name, False, np.array([fitter.apart(base, size, free) for fitter in fitters])))
+    questions += [_whether(name, base, fitters) for name in asked]
     chosen = most_telling(questions, np.ones(len(fitters)), KINDS)
     told = shown(chosen, questions)
     wishes = wished([f"{CONTACT_FITS[name].excited_by} would show {name}" for name in asked if name not in told])
     if not chosen:
         return Experiment(wishes)
     text = _told([list(candidates)[k] for k in chosen]) + settled(chosen, questions, names)
-    first = np.concatenate([list(candidates.values())[k] for k in chosen])
-    return Experiment(f"{text} {wishes}".rstrip(), _columns(first))
+    return Experiment(f"{text} {wishes}".rstrip(), _columns(_releases(candidates, chosen)))
+
+
+def harder(track: ContactTrack, base: Hypothesis, names: Sequence[str], temper: float) -> Experiment:
+    """What would show most of these effects, that tosses without a question may hide; arguments as above."""
+    base, candidates = base.only(CONTACT_FITS), _candidates(track)
+    fitters = [_fitter(track, base, first, temper) for first in candidates.values()]
+    chosen = most_telling([_whether(name, base, fitters) for name in names], np.ones(len(fitters)), KINDS)
+    if not chosen:
+        return Experiment("")
+    text = _told([list(candidates)[k] for k in chosen])
+    return Experiment(text, _columns(_releases(candidates, chosen)))
+
+
+def _whether(name: str, base: Hypothesis, fitters: Sequence[ContactFitter]) -> Question:
+    """Whether there is an effect, at a plausible size, beside the base."""
+    size = Hypothesis({**base.values, name: CONTACT_FITS[name].plausible(fitters[0].scales)})
+    free = (names_of(base) | frozenset(COEFFICIENTS)) - {name}
+    return Question(name, False, np.array([fitter.apart(base, size, free) for fitter in fitters]))
+
+
+def _releases(candidates: Mapping[str, np.ndarray], chosen: Sequence[int]) -> np.ndarray:
+    """States at release of the chosen throws, one row each."""
+    return np.concatenate([list(candidates.values())[k] for k in chosen])
 
 
 def _candidates(track: ContactTrack) -> dict[str, np.ndarray]:

@@ -95,8 +95,7 @@ def experiment(
         questions, speeds = _questions(fitter, design, commands, base, rivals[1:], asked, variance)
         chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
         if chosen:
-            fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
-            text = _told([list(candidates)[k] for k in chosen], fast)
+            text = _told([list(candidates)[k] for k in chosen], _fast(speeds[chosen], fitter, design))
             own = frozenset(MEANINGS.get(name, name) for name in names_of(base) - frozenset(DYNAMICS))
             sentences.append(text + settled(chosen, questions, own))
             columns = _columns(commands[chosen], design)
@@ -104,6 +103,19 @@ def experiment(
     wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
     sentences.append(wished([wish for wish, name in zip(wishes, asked, strict=True) if name not in told]))
     return Experiment(" ".join(filter(None, sentences)), columns)
+
+
+def harder(fitter: JointFitter, base: Hypothesis, names: Sequence[str], variance: np.ndarray) -> Experiment:
+    """What would show most of these effects, that a recording without a question may hide; arguments as above."""
+    design = _design(fitter)
+    candidates = design.candidates()
+    commands = np.array(list(candidates.values()))
+    questions, speeds = _questions(fitter, design, commands, base, [], names, variance)
+    chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
+    if not chosen:
+        return Experiment("")
+    text = _told([list(candidates)[k] for k in chosen], _fast(speeds[chosen], fitter, design))
+    return Experiment(text, _columns(commands[chosen], design))
 
 
 def _design(fitter: JointFitter) -> Design:
@@ -186,6 +198,11 @@ def _speeds(fitter: JointFitter, states: np.ndarray) -> np.ndarray:
     fast = np.abs(states[..., 1]).max(axis=1)
     inside = (far <= ROOM * 0.5 * scales.span) & (fast <= FASTER * scales.peak_speed)
     return np.where(inside, fast, np.inf)
+
+
+def _fast(speeds: np.ndarray, fitter: JointFitter, design: Design) -> str:
+    """How fast the joint would go, at most."""
+    return f"{speeds.max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
 
 
 def _told(names: Sequence[str], fast: str) -> str:
