@@ -22,10 +22,13 @@ class CloseGapConfig:
     sources: list[str] = option(
         list(SOURCES), "Of their effects, and of what is recorded of them.", choices=SOURCES, unique=True
     )
-    leading: bool = option(
-        False,
-        "One source of these after the other leads: the effects of the others are a fifth of their size, so "
-        "that which one costs most is another from robot to robot.",
+    leading: float = option(
+        0.0,
+        "One source of these after the other leads, so that which one costs most is another from robot to robot: the "
+        "effects of the others are a fifth of their size, and robots are drawn until its own cost this share of the "
+        "grasps. 0: none leads.",
+        low=0,
+        high=1,
     )
     rows: list[str] = option(
         list(ROWS),

@@ -4,6 +4,7 @@ import json
 import logging
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -17,8 +18,8 @@ from vision_s2r.close_gap.beliefs import Belief, blind, diagnosed, known, poster
 from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.close_gap.picture import draw
 from vision_s2r.close_gap.summary import Closed, as_table, said, summary
-from vision_s2r.close_gap.task import Task, Way, losses
-from vision_s2r.close_gap.withheld import Withheld, withhold
+from vision_s2r.close_gap.task import Task, Way, cost, losses
+from vision_s2r.close_gap.withheld import Withheld, comparable, withhold
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
@@ -45,10 +46,13 @@ def close_gap(cfg: CloseGapStudyConfig) -> Path:
     validate(cfg.close_gap, "close_gap")
     out = Path(cfg.out) / "close_gap"
     render_sets(cfg)
-    robots = _given(cfg) if cfg.recording else _withheld(cfg, out)
+    robots = _given(cfg)
+    views = comparable(Views.open(cfg.data.validation.out)) if not robots else None
     start = cfg.close_gap.translator or str(training.as_it_came(cfg, out / "as_it_came"))
     came = Way(start, cfg.close_gap.policy)
     task = Task(cfg, cfg.close_gap.scenes, out / "outcomes")
+    if views is not None:
+        robots = withhold(views, cfg.scene, cfg.close_gap, cfg.seed, out, partial(cost, task, came))
     ways = {"as_it_came": came}
     if "everything" in cfg.close_gap.rows:
         everything = blind(preset(cfg.close_gap.everything, "close_gap.everything"), cfg.close_gap.draws, cfg.seed)
@@ -61,16 +65,14 @@ def close_gap(cfg: CloseGapStudyConfig) -> Path:
 
 
 def _given(cfg: CloseGapStudyConfig) -> list[Withheld]:
-    """The user's recordings; without a known truth, grasps are tried on the diagnosed robot."""
+    """The user's recordings, if any; without a known truth, grasps are tried on the diagnosed robot."""
+    if not cfg.recording:
+        return []
     paths = folders(cfg.recording)
     if cfg.close_gap.truth and len(paths) > 1:
         raise UserError("close_gap.truth is one robot, expected one recording with it")
     truth = Path(cfg.close_gap.truth) if cfg.close_gap.truth else None
     return [Withheld(path.resolve().name, path, truth) for path in paths]
-
-
-def _withheld(cfg: CloseGapStudyConfig, out: Path) -> list[Withheld]:
-    return withhold(Views.open(cfg.data.validation.out), cfg.scene, cfg.close_gap, cfg.seed, out)
 
 
 def _closed(cfg: CloseGapStudyConfig, robot: Withheld, ways: Mapping[str, Way], task: Task, out: Path) -> Closed:

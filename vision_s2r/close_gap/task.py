@@ -47,7 +47,9 @@ class Task:
         self._cfg, self._out = cfg, out
         self.scenes = Scenes.open(replace(cfg.evaluate, limit=scenes or cfg.evaluate.limit), test_scene(cfg))
         self._runners: dict[tuple[str, str], Runner] = {}
-        self._grasps: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by what is seen, and by whom: drives do not matter
+        self._grasps: dict[
+            str, tuple[np.ndarray, np.ndarray]
+        ] = {}  # by what is seen, and by whom
 
     def success(self, way: Way, robot: Machine, look: str = "real") -> np.ndarray:
         """bool [N]: whether the grasp that this way chooses in each scene holds on a robot.
@@ -120,6 +122,12 @@ def losses(task: Task, way: Way, robot: Machine, seed: int) -> dict[str, Any]:
             for part, name in robot.keys
         ],
     }
+
+
+def cost(task: Task, way: Way, robot: Machine, source: str) -> float:
+    """The share of grasps that a source's effects cost beside the others."""
+    others = robot.only({key for key in robot.keys if source_of(key) != source})
+    return float(task.success(way, others).mean() - task.success(way, robot).mean())
 
 
 def _estimate(name: str, values: np.ndarray, seed: int) -> dict[str, Any]:
