@@ -97,7 +97,7 @@ def test_of_a_robot_that_one_source_leads_the_other_effects_are_small():
     led = withheld.led(robot, "drives", SceneConfig())
     assert led.keys == robot.keys and led.drives == robot.drives
     friction = robot.contact["lateral_friction"]["value"]
-    assert led.contact["lateral_friction"]["value"] == pytest.approx(0.7 + 0.2 * (friction - 0.7))
+    assert led.contact["lateral_friction"]["value"] == pytest.approx(0.7 + 0.1 * (friction - 0.7))
     assert all(led.parts["camera"][name] != values for name, values in robot.parts["camera"].items())
     camera = withheld.led(robot, "camera", SceneConfig())
     assert camera.parts["camera"] == robot.parts["camera"] and camera.drives != robot.drives

@@ -25,7 +25,7 @@ class CloseGapConfig:
     leading: float = option(
         0.0,
         "One source of these after the other leads, so that which one costs most is another from robot to robot: the "
-        "effects of the others are a fifth of their size, and robots are drawn until its own cost this share of the "
+        "effects of the others are a tenth of their size, and robots are drawn until its own cost this share of the "
         "grasps. 0: none leads.",
         low=0,
         high=1,

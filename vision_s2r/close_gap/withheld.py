@@ -54,7 +54,7 @@ DRIVES: Mapping[str, Mapping[str, tuple[str, tuple[float, float]]]] = {
 }
 FRICTION = (0.2, 0.35)  # between objects and fingers
 DRAWS = 12  # robots, to find one whose leading source costs enough
-SMALL = 0.2  # of their size, that effects have of sources which do not lead
+SMALL = 0.1  # of their size, that effects have of sources which do not lead
 FIELDS = ("coulomb_friction", "viscous_damping")  # of one value, by the benchmark's drive's names
 STEP, SAMPLE = 1e-4, 0.01  # s, of the integrator and of rows
 EPISODES, SECONDS = 6, 4.0
