@@ -47,9 +47,7 @@ class Task:
         self._cfg, self._out = cfg, out
         self.scenes = Scenes.open(replace(cfg.evaluate, limit=scenes or cfg.evaluate.limit), test_scene(cfg))
         self._runners: dict[tuple[str, str], Runner] = {}
-        self._grasps: dict[
-            str, tuple[np.ndarray, np.ndarray]
-        ] = {}  # by what is seen, and by whom
+        self._grasps: dict[str, tuple[np.ndarray, np.ndarray]] = {}  # by what is seen, and by whom
 
     def success(self, way: Way, robot: Machine, look: str = "real") -> np.ndarray:
         """bool [N]: whether the grasp that this way chooses in each scene holds on a robot.

@@ -9,7 +9,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, is_slight
-from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names
+from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names, OfRegimes
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
@@ -28,10 +28,10 @@ LEFT, HIDDEN = "A part of the gap is left.", "Small effects may hide in this rec
 def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, Any], Experiment]:
     """Everything that the diagnosis says, as plain data, and the recording to make next."""
     found, simulator, gap = settled.found, settled.simulator, settled.gap
-    effects = [_effect(case, assessor, settled, name) for name in sorted(found.effects)]
     equivalent = _equivalent(case, assessor, found)
     not_excited = {name: why for name, why in case.not_excited.items() if name not in found.effects}
     said = verdict(assessor, settled)
+    effects = [_effect(case, assessor, settled, said, name) for name in sorted(found.effects)]
     experiment = _next(case, assessor, found, equivalent, sorted(not_excited), said)
     written = {
         "format": FORMAT,
@@ -41,7 +41,7 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, 
         "sources": _sources(case, settled),
         "where": _places(case, assessor, settled),
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
-        "refitted": [_refitted(case, settled, name) for name in sorted(simulator.names - found.effects)],
+        "refitted": [_refitted(case, settled, said, name) for name in sorted(simulator.names - found.effects)],
         "withheld": sorted(settled.harmful),
         "candidates": _candidates(case, assessor, settled, equivalent, said),
         "alternatives": _alternatives(case, assessor, found),
@@ -106,13 +106,13 @@ def _sources(case: Case, settled: Settled) -> list[dict[str, Any]]:
     return sorted(sources, key=lambda each: -each["share"])
 
 
-def _effect(case: Case, assessor: Assessor, settled: Settled, name: str) -> dict[str, Any]:
+def _effect(case: Case, assessor: Assessor, settled: Settled, said: str, name: str) -> dict[str, Any]:
     return {
         **_named(name),
         "source": case.library[name].source,
         **_share(settled.share(name)),
         "evidence": _evidence(case, assessor, settled, name),
-        "parameters": _parameters(case, settled, name),
+        "parameters": _parameters(case, settled, said, name),
         **({} if name in settled.simulator.names else {"patched": False}),
     }
 
@@ -123,19 +123,23 @@ def _named(name: str) -> dict[str, Any]:
     return {"name": effect, "label": int(label)} if dot else {"name": name}
 
 
-def _refitted(case: Case, settled: Settled, name: str) -> dict[str, Any]:
+def _refitted(case: Case, settled: Settled, said: str, name: str) -> dict[str, Any]:
     """What the simulator has without a name: a nominal parameter as the data ask for it, or what closes too little."""
     return {
         **_named(name),
         "source": case.library[name].source,
-        "parameters": _parameters(case, settled, name),
+        "parameters": _parameters(case, settled, said, name),
     }
 
 
-def _parameters(case: Case, settled: Settled, name: str) -> dict[str, Any]:
+def _parameters(case: Case, settled: Settled, said: str, name: str) -> dict[str, Any]:
     hypothesis, fit = settled.source(name)
     values = hypothesis.values[name]
-    intervals = case.intervals(fit)[name]
+    # What is left of a gap may bend values, and bends them otherwise in another motion.
+    if said in OPEN and isinstance(case, OfRegimes):
+        intervals = case.intervals_elsewhere(fit)[name]
+    else:
+        intervals = case.intervals(fit)[name]
     return {
         p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
         for p in case.library[name].parameters

@@ -216,6 +216,15 @@ class BesideUnknown(Case, Protocol):
         ...
 
 
+@runtime_checkable
+class OfRegimes(Case, Protocol):
+    """A case that is made of regimes, such as slow motion and fast, and knows what each of them would say."""
+
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> Mapping[str, Mapping[str, tuple[float, float]]]:
+        """95 % intervals of what another recording would say, where the hypothesis lacks something."""
+        ...
+
+
 class Fit(Protocol):
     """What fitting needs of an effect, as far as it is the same for all kinds."""
 

@@ -21,6 +21,7 @@ from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
 from vision_s2r.fit.joint.gap import FreeRunGap
 from vision_s2r.fit.joint.noise import fast_variance
 from vision_s2r.fit.joint.quantization import QuantizationGrid, find_quantization_grid
+from vision_s2r.fit.joint.regimes import scatter
 from vision_s2r.fit.joint.smooth_unknown import ALL, VARIANCES, SmoothUnknown
 from vision_s2r.fit.joint.stick_slip import stick_slip
 from vision_s2r.fit.joint.track import HOLDS, fast_noise, make_track, with_load
@@ -271,7 +272,22 @@ class JointCase:
 
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter."""
-        found = uncertainty.intervals(self.scores(hypothesis)) if hypothesis.values else {}
+        return self._intervals(hypothesis, self.scores(hypothesis)) if hypothesis.values else {}
+
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+        """Of every parameter, of what another motion would say where the hypothesis lacks something."""
+        key = "elsewhere", repr(hypothesis)
+        if key not in self._scores:
+            scores, here = self.scores(hypothesis), uncertainty.linear(self._fitter, hypothesis)
+            more = scatter(scores, here, self.samples(hypothesis).axes, self.track.segment >= 0)
+            with self._lock:
+                self._scores[key] = replace(scores, elsewhere=more)
+        return self._intervals(hypothesis, self._scores[key])
+
+    def _intervals(
+        self, hypothesis: Hypothesis, scores: uncertainty.BlockScores
+    ) -> dict[str, dict[str, tuple[float, float]]]:
+        found = uncertainty.intervals(scores)
         if self._grid and "encoder_quantization" in hypothesis.values:
             found["encoder_quantization"] = self._grid.intervals(self.track.scales.span)
         return found

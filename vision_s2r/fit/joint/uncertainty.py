@@ -40,6 +40,7 @@ class BlockScores:
     segment: np.ndarray  # [B]
     biases: np.ndarray  # [S, D] that the integrator's step size, and a servo's clock, cause, to first order
     smooth: np.ndarray  # [D, D] precision of the prior of something unknown that is smooth
+    elsewhere: np.ndarray | float = 0.0  # variance [D] that other motions add, where something is left
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -60,33 +61,57 @@ class BlockScores:
         return np.linalg.pinv(whole / scale / scale[:, None], rcond=1e-12, hermitian=True) / scale / scale[:, None]
 
 
-def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
+@dataclass(frozen=True)
+class Linear:
+    """A fit to first order, sample by sample."""
+
+    space: JointSpace
+    point: np.ndarray  # [D]
+    now: np.ndarray  # [E, T, channels] residuals
+    jacobian: np.ndarray  # [D, E, T, channels]
+    scale: np.ndarray  # [channels] variances
+    push: np.ndarray  # [E, T, channels] weight of each residual
+
+    def slope(self, inside: np.ndarray) -> np.ndarray:
+        """Of the samples inside [E, T] (bool), [D]."""
+        return -np.einsum("dsk,sk->d", self.jacobian[:, inside], (self.push * self.now)[inside])
+
+    def curvature(self, inside: np.ndarray) -> np.ndarray:
+        """Of the samples inside [E, T] (bool), [D, D]."""
+        part = self.jacobian[:, inside]
+        bend = np.maximum(self.push * (NU * self.scale - self.now**2) / (NU * self.scale + self.now**2), 0.0)
+        return np.asarray(np.einsum("dsk,fsk,sk->df", part, part, bend[inside]))
+
+
+def linear(fitter: JointFitter, hypothesis: Hypothesis) -> Linear:
     """Of a hypothesis, on all segments."""
-    track, observer = fitter.track, fitter.observer
+    track = fitter.track
     space = fitter.space(names_of(hypothesis))
     point = space.start(hypothesis)
     data = fitter.data(range(track.count))
     gain = hypothesis.extra.get(DISTURBANCE, 0.0)
-    now, jacobian = (beside(gain, each, track) for each in observer.linearized(space, point, data.episodes))
+    now, jacobian = (beside(gain, each, track) for each in fitter.observer.linearized(space, point, data.episodes))
     scale = np.maximum(np.asarray(hypothesis.extra[SCALE]), data.floor)
-    push = influence(now, scale) * data.weight[..., None]
-    bend = np.maximum(push * (NU * scale - now**2) / (NU * scale + now**2), 0.0)
+    return Linear(space, point, now, jacobian, scale, influence(now, scale) * data.weight[..., None])
+
+
+def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
+    """Of a hypothesis, on all segments."""
+    track, observer, here = fitter.track, fitter.observer, linear(fitter, hypothesis)
+    space, point, scale = here.space, here.point, here.scale
     labels, segment = blocks(track.segment, BLOCK)
-    curvature, slope = [], []
-    for block in (labels == b for b in range(len(segment))):
-        part = jacobian[:, block]
-        curvature.append(np.einsum("dsk,fsk,sk->df", part, part, bend[block]))
-        slope.append(-np.einsum("dsk,sk->d", part, (push * now)[block]))
+    inside = [labels == b for b in range(len(segment))]
+    pieces = np.array([here.curvature(each) for each in inside]), np.array([here.slope(each) for each in inside])
+    episodes, gain = fitter.data(range(track.count)).episodes, hypothesis.extra.get(DISTURBANCE, 0.0)
     fine = Observer(track, observer.substeps * FINER, observer.noise)
-    shift = beside(gain, fine.residuals(space, point[None], data.episodes)[0], track) - now
+    shift = beside(gain, fine.residuals(space, point[None], episodes)[0], track) - here.now
     shifts = [np.clip(shift, -np.sqrt(scale), np.sqrt(scale))]
     if track.servo:
-        shifts.append(CLOCK * observer.rates(data.episodes))
+        shifts.append(CLOCK * observer.rates(episodes))
     known = VARIANCES in hypothesis.extra
     smooth = prior(hypothesis.extra[VARIANCES], space) if known else np.zeros((space.size, space.size))
-    pieces = np.array(curvature), np.array(slope), segment
-    partial = BlockScores(space, point, *pieces, np.zeros((0, space.size)), smooth)
-    biases = np.einsum("detk,setk->sd", jacobian, push * np.array(shifts)) @ partial.inverse
+    partial = BlockScores(space, point, *pieces, segment, np.zeros((0, space.size)), smooth)
+    biases = np.einsum("detk,setk->sd", here.jacobian, here.push * np.array(shifts)) @ partial.inverse
     return replace(partial, biases=biases)
 
 
@@ -160,19 +185,25 @@ def at_bound(of: BlockScores, name: str) -> bool:
 
 def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     """Covariance [D, D] of coded parameters, and how far [D] their intervals reach to either side."""
-    space = of.space
-    count = len(of.segment)
-    inner = np.einsum("bd,be->de", of.slope, of.slope) * count / max(count - 1, 1)
-    inner += space.repeats * of.stiffness  # what is believed is as uncertain as the prior says
-    to_machine = _to_machine(space)
-    plain = to_machine @ of.inverse @ inner @ of.inverse @ to_machine.T
-    quantile = float(student.ppf(0.5 + level / 2, max(count - of.told, 2)))
+    space, to_machine = of.space, _to_machine(of.space)
+    outside = to_machine @ of.inverse
+    # What is believed is as uncertain as the prior says.
+    plain = clustered(of, of.slope) + outside @ (space.repeats * of.stiffness) @ outside.T
+    quantile = float(student.ppf(0.5 + level / 2, max(len(of.segment) - of.told, 2)))
     reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile
+    reach = np.hypot(reach, norm.ppf(0.5 + level / 2) * np.sqrt(of.elsewhere))
     reach += np.abs(of.biases @ to_machine.T).sum(axis=0)
     row = space.machines(of.point[None])[0]
     for k, c in enumerate(space.coordinates):
         reach[k] += INTEGRATOR * (1.0 if c.log else abs(row[c.column]))
     return plain, reach
+
+
+def clustered(of: BlockScores, slopes: np.ndarray) -> np.ndarray:
+    """Covariance [D, D] of coded parameters, from the slopes [C, D] of clusters of samples."""
+    outside = _to_machine(of.space) @ of.inverse
+    count = len(slopes)
+    return np.asarray(outside @ (slopes.T @ slopes * count / max(count - 1, 1)) @ outside.T)
 
 
 def _to_machine(space: JointSpace) -> np.ndarray:
