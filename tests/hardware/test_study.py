@@ -52,11 +52,13 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
     monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
     assert {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)} == tables
     alone = replace(cfg, out=str(tmp_path / "alone"), diagnose=False, only=["axis"])
-    sensors, identified = [json.loads(path.read_text()) for path in hardware.study(alone)]
+    sensors, identified, agreement = [json.loads(path.read_text()) for path in hardware.study(alone)]
     assert [row[0] for row in sensors["rows"]] == ["alone, all", "axis, one", "axis, two"]
     assert all(row[1:] == ["none seen", "–", "used"] for row in sensors["rows"])
     assert [row[0] for row in identified["rows"]] == ["axis, one", "axis, two"]
     assert all(row[4] < 0.2 for row in identified["rows"])
+    *each, whole = agreement["rows"]
+    assert ["viscous damping", 1, "1 (100%)", "1 (100%)"] in each and whole[:2] == ["all", len(each)]
 
 
 def test_motions_are_diagnosed_together_and_tried_on_the_rest(tmp_path, monkeypatch):

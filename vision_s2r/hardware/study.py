@@ -21,7 +21,7 @@ from vision_s2r.hardware.arms import arm_table, diagnose_arm_of, folder_of, is_a
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
-from vision_s2r.hardware.tables import friction_table, identified_table, table, together_table
+from vision_s2r.hardware.tables import agreement_table, friction_table, identified_table, table, together_table
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
@@ -84,7 +84,8 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     tables |= {"hardware": table(alone, experts)} if alone else {}
     tables |= {"together": together_table(together, alone)} if together else {}
     if identified := [_read(each) for each in sorted(out.glob(f"reports/**/{IDENTIFIED}"))]:
-        tables["identified"] = identified_table([each for each in identified if each["machine"] in experts])
+        of_these = [each for each in identified if each["machine"] in experts]
+        tables |= {"identified": identified_table(of_these), "agreement": agreement_table(of_these)}
     arms = [
         each for machine in found if is_arm(machine) for each in measured_arms(machine, out / "reports" / machine.name)
     ]
@@ -147,12 +148,15 @@ def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
     started = time.process_time()
     case = JointCase(recordings[motion], {effect.name: effect for effect in JOINT_EFFECTS})
     found = case.fit(case.refitted | frozenset(case.certain), range(case.segments), NOMINAL)
-    intervals = case.intervals(found)
+    intervals, elsewhere = case.intervals(found), case.intervals_elsewhere(found)
     return {
         "machine": machine.name,
         "motion": motion,
         "parameters": {
-            name: {key: [value, *intervals[name][key]] for key, value in each.items()}
+            name: {
+                key: {"value": value, "ci": intervals[name][key], "elsewhere": elsewhere[name][key]}
+                for key, value in each.items()
+            }
             for name, each in found.values.items()
         },
         "errors": {

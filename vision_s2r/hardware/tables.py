@@ -1,5 +1,7 @@
 """What was measured, as tables of the docs."""
 
+import itertools
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -112,6 +114,38 @@ def identified_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         ],
         "rows": rows,
     }
+
+
+def agreement_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """How often two recordings of a machine agree about a parameter, within intervals of either kind."""
+    agreed: dict[str, list[tuple[bool, bool]]] = {}
+    for one, other in itertools.combinations(identified, 2):
+        shared = one["parameters"].keys() & other["parameters"].keys() - {"encoder_quantization"}
+        for name in shared if one["machine"] == other["machine"] else ():
+            for key, value in one["parameters"][name].items():
+                found = other["parameters"][name][key]
+                agreed.setdefault(name, []).append((_agree(value, found, "ci"), _agree(value, found, "elsewhere")))
+    whole = {"all": [pair for pairs in agreed.values() for pair in pairs]} if agreed else {}
+    return {
+        "command": "vision-s2r hardware path=DIR diagnose=false",
+        "source": "pairs of recordings of one machine whose identified values are no further apart than their 95 % "
+        "intervals reach towards each other (root of the sum of squares)",
+        "columns": ["", "pairs", "sure of this recording", "of what another would say"],
+        "rows": [
+            [
+                name.replace("_", " "),
+                len(pairs),
+                *(f"{sum(kind)} ({np.mean(kind):.0%})" for kind in zip(*pairs, strict=True)),
+            ]
+            for name, pairs in [*sorted(agreed.items()), *whole.items()]
+        ],
+    }
+
+
+def _agree(one: Mapping[str, Any], other: Mapping[str, Any], kind: str) -> bool:
+    low, high = sorted((one, other), key=lambda each: each["value"])
+    reach = math.hypot(low[kind][1] - low["value"], high["value"] - high[kind][0])
+    return bool(high["value"] - low["value"] <= reach)
 
 
 def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

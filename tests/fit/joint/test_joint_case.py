@@ -146,6 +146,27 @@ def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_
     assert report.verdict == "partly_explained" and effect.name == "stribeck_friction"
     assert {key: found.value for key, found in effect.parameters.items()} == pytest.approx(truth, rel=0.05)
     assert report.unexplained.resembles == ("a torque that depends on velocity",)
+    elsewhere = report.case.intervals_elsewhere(report.settled.source("stribeck_friction")[1])["stribeck_friction"]
+    assert {key: found.ci for key, found in effect.parameters.items()} == elsewhere
+
+
+def test_intervals_beside_something_unknown_hold_what_another_motion_says() -> None:
+    """A quadratic drag: of a slow motion its damping is small, of a fast one large, and each is sure of its own."""
+    speeds = np.linspace(-20.0, 20.0, 81)
+    drag = Tables(velocity=(-20.0, 20.0, len(speeds))), -0.01 * speeds * np.abs(speeds)
+    found = []
+    for share in (0.4, 1.0):
+        case = open_case(a_log({}, share * steps(5, 300), unknown=drag))
+        fit = case.fit(case.refitted, range(case.segments), None)
+        found.append([each(fit)["viscous_damping"]["value"] for each in (case.intervals, case.intervals_elsewhere)])
+    (slow, wider), (fast, widest) = found
+    assert slow[1] < fast[0] and wider[0] < slow[0] and widest[0] < wider[1]
+
+    whole = open_case(a_log({}, steps(5, 300)))
+    fit = whole.fit(whole.refitted, range(whole.segments), None)
+    for name, each in whole.intervals_elsewhere(fit).items():
+        (low, high), (least, most) = whole.intervals(fit)[name]["value"], each["value"]
+        assert least <= low < high <= most and most - least < 2.5 * (high - low)  # chance alone makes no regimes
 
 
 @pytest.mark.slow
