@@ -9,7 +9,7 @@ from vision_s2r.camera import CameraConfig
 from vision_s2r.cli import compose
 from vision_s2r.close_gap import training, withheld
 from vision_s2r.close_gap.beliefs import blind, diagnosed, posterior
-from vision_s2r.close_gap.config import CloseGapStudyConfig
+from vision_s2r.close_gap.config import CloseGapConfig, CloseGapStudyConfig
 from vision_s2r.close_gap.summary import Closed, recovered, said, summary
 from vision_s2r.joint import pack, simulate
 from vision_s2r.recording import read, write
@@ -104,6 +104,19 @@ def test_of_a_robot_that_one_source_leads_the_other_effects_are_small():
     some = [withheld.led(withheld.drawn(np.random.default_rng(k)), "drives", SceneConfig()) for k in range(60)]
     qualities = [each.parts["camera"].get("jpeg_compression", {}).get("quality", 0) for each in some]
     assert max(qualities) == 100  # of the best there is, and no more
+
+
+@pytest.mark.parametrize(("costs", "chosen", "drawn"), [([0.02, 0.05, 0.2], 2, 3), ([0.01, 0.08, *[0.0] * 10], 1, 12)])
+def test_a_robot_is_drawn_until_its_leading_source_costs_what_is_asked(costs, chosen, drawn):
+    tried = []
+
+    def cost(robot, source):
+        tried.append(robot)
+        return costs[len(tried) - 1]
+
+    cfg = CloseGapConfig(leading=0.1)
+    robot = withheld.leading("camera", SceneConfig(), cfg, np.random.default_rng(0), cost)
+    assert robot == tried[chosen] and len(tried) == drawn
 
 
 def test_the_simulator_as_it_came_is_trained_at_rates_of_its_own_not_of_fine_tuning(monkeypatch, tmp_path):
