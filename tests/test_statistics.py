@@ -10,6 +10,13 @@ from vision_s2r import statistics
 from vision_s2r.statistics import Bootstrap, interval, lower_bound, mcnemar, over_clusters, shapley, wilson
 
 
+@pytest.mark.parametrize(("held", "of"), [(held, of) for of in (1, 40, 100) for held in (0, of)])
+def test_an_interval_of_a_share_holds_it_at_both_ends(held, of):
+    """Rounding left 0 of 100 below its own interval, and a robot on which nothing held ended close-gap in an error."""
+    found = wilson(held, of)
+    assert found.low <= found.value <= found.high
+
+
 def test_wilson_by_hand():
     # (p + z²/2n ± z sqrt(p(1-p)/n + z²/4n²)) / (1 + z²/n) with p = 0.81, n = 263, z = 1.959964:
     # Newcombe 1998, table I, 81 of 263

@@ -101,7 +101,8 @@ def wilson(successes: int, attempts: int) -> Estimate:
     from statsmodels.stats.proportion import proportion_confint  # here: it takes half a second
 
     low, high = proportion_confint(successes, attempts, alpha=1 - CONFIDENCE, method="wilson")
-    return Estimate(successes / attempts, float(low), float(high))
+    share = successes / attempts
+    return Estimate(share, min(float(low), share), max(float(high), share))  # rounding puts 0 below its own interval
 
 
 def over_trainings(values: np.ndarray) -> Estimate:
