@@ -114,6 +114,12 @@ def over_trainings(values: np.ndarray) -> Estimate:
     return Estimate(mean, mean - reach, mean + reach)
 
 
+def agree(one: Estimate, other: Estimate) -> bool:
+    """Whether two values are no further apart than their intervals reach towards each other (root of squares)."""
+    low, high = sorted((one, other), key=lambda each: each.value)
+    return high.value - low.value <= math.hypot(low.high - low.value, high.value - high.low)
+
+
 def mcnemar(first: np.ndarray, second: np.ndarray) -> float:
     """Exact two-sided p-value that two policies succeed equally often, from outcomes [N] on the same scenes."""
     only_first, only_second = int((first & ~second).sum()), int((~first & second).sum())

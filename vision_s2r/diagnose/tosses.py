@@ -3,11 +3,14 @@
     python -m vision_s2r.diagnose.tosses FILE.npz OUT
 
 writes OUT/report.json of the diagnosed tosses, OUT/tosses.json, a table of errors on tosses that took no part, beside
-those at the published coefficients, and OUT/tosses.png, one of these tosses.
+those at the published coefficients, and OUT/tosses.png, one of these tosses. OUT/groups.json has what each 24 of all
+tosses alone would say.
 """
 
+import itertools
 import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +21,15 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.files import write, write_figure
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.contact.free_run import WINDOW, windowed
+from vision_s2r.progress import tracked
 from vision_s2r.recording import ContactRecording, split
 from vision_s2r.recording.contactnets import read_contactnets
 from vision_s2r.report.drawing import series
-from vision_s2r.statistics import interval
+from vision_s2r.statistics import Estimate, agree, interval
 
 BELIEVED = {"lateral_friction": 0.5, "restitution": 0.5}  # of the simulator to be diagnosed
 PUBLISHED: Values = {"lateral_friction": {"value": 0.18}, "restitution": {"value": 0.125}}
+COMMAND = "python -m vision_s2r.diagnose.tosses cube_tosses.npz OUT"
 FITTED, HELD = range(24), range(24, 144)  # tosses
 
 
@@ -42,7 +47,7 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
         position, angle = _errors(held, effects)
         rows.append([title, _text(effects), _interval(position, 1e3), _interval(angle, 180 / np.pi)])
     table = {
-        "command": "python -m vision_s2r.diagnose.tosses cube_tosses.npz OUT",
+        "command": COMMAND,
         "source": f"{len(FITTED)} tosses diagnosed, {len(HELD)} others measured, in windows of {WINDOW:g} s",
         "columns": ["simulator", "its values", "position, mm", "attitude, °"],
         "rows": rows,
@@ -50,8 +55,38 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
     }
     write(out / "report.json", json.dumps(report, indent=1) + "\n")
     write(out / "tosses.json", json.dumps(table, indent=1, ensure_ascii=False) + "\n")
+    write(out / "groups.json", json.dumps(groups(tosses), indent=1, ensure_ascii=False) + "\n")
     _draw(held, named, out / "tosses.png")
     return table
+
+
+def groups(tosses: ContactRecording) -> dict[str, Any]:
+    """What each of as many tosses as are diagnosed, alone, says of every parameter, and whether they agree: a table."""
+    size = len(FITTED)
+    firsts = range(0, len(tosses) - size + 1, size)
+    found: dict[str, list[Estimate]] = {}
+    for first in tracked(firsts, len(firsts), "groups of tosses"):
+        for effect in diagnose(split(tosses, range(first, first + size)), DiagnoseConfig()).to_dict()["effects"]:
+            for key, each in effect["parameters"].items():
+                name = effect["name"].replace("_", " ") + (f", {key}" if len(effect["parameters"]) > 1 else "")
+                found.setdefault(name, []).append(Estimate(each["value"], *each["ci"]))
+    return {
+        "command": COMMAND,
+        "source": f"{len(firsts)} groups of {size} tosses, each diagnosed alone; two agree where their values are no "
+        "further apart than their 95 % intervals reach towards each other (root of the sum of squares)",
+        "columns": ["named", "groups", "values: median (least to most)", "pairs that agree"],
+        "rows": [[name, len(each), _range(each), _agreed(each)] for name, each in found.items()],
+    }
+
+
+def _range(found: Sequence[Estimate]) -> str:
+    values = [each.value for each in found]
+    return f"{np.median(values):.3g} ({min(values):.3g} to {max(values):.3g})"
+
+
+def _agreed(found: Sequence[Estimate]) -> str:
+    pairs = [agree(*pair) for pair in itertools.combinations(found, 2)]
+    return f"{sum(pairs)} of {len(pairs)}"
 
 
 def _errors(recording: ContactRecording, effects: Values) -> tuple[np.ndarray, np.ndarray]:

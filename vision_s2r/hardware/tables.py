@@ -1,17 +1,19 @@
 """What was measured, as tables of the docs."""
 
 import itertools
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+
+from vision_s2r.statistics import Estimate, agree
 
 SOURCE = (
     "one core; held out: root mean square on parts that no fit has seen; other recordings: mean absolute, nothing "
     "refitted; in free run, servos by position (mrad), others by velocity (mm/s or mrad/s); seconds of processor time"
 )
 
+KINDS = ("ci", "elsewhere")  # of intervals
 SIMULATORS = ("believed", "identified", "diagnosed")
 
 
@@ -118,13 +120,14 @@ def identified_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 def agreement_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """How often two recordings of a machine agree about a parameter, within intervals of either kind."""
-    agreed: dict[str, list[tuple[bool, bool]]] = {}
+    agreed: dict[str, list[list[bool]]] = {}
     for one, other in itertools.combinations(identified, 2):
         shared = one["parameters"].keys() & other["parameters"].keys() - {"encoder_quantization"}
         for name in shared if one["machine"] == other["machine"] else ():
             for key, value in one["parameters"][name].items():
                 found = other["parameters"][name][key]
-                agreed.setdefault(name, []).append((_agree(value, found, "ci"), _agree(value, found, "elsewhere")))
+                within = [agree(*(Estimate(each["value"], *each[kind]) for each in (value, found))) for kind in KINDS]
+                agreed.setdefault(name, []).append(within)
     whole = {"all": [pair for pairs in agreed.values() for pair in pairs]} if agreed else {}
     return {
         "command": "vision-s2r hardware path=DIR diagnose=false",
@@ -140,12 +143,6 @@ def agreement_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             for name, pairs in [*sorted(agreed.items()), *whole.items()]
         ],
     }
-
-
-def _agree(one: Mapping[str, Any], other: Mapping[str, Any], kind: str) -> bool:
-    low, high = sorted((one, other), key=lambda each: each["value"])
-    reach = math.hypot(low[kind][1] - low["value"], high["value"] - high[kind][0])
-    return bool(high["value"] - low["value"] <= reach)
 
 
 def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:

@@ -27,6 +27,7 @@ FINER = 4  # times the integrator's steps, for what its step size does to parame
 WIDER, INTEGRATOR = 1.4, 5e-4
 CLOCK = 5e-5  # s, that the instants at which a servo's loop reads its target and its encoder are not known to
 AT_BOUND = 0.01  # of the range
+FURTHEST = 10.0  # times what this recording tells: how far off another is; farther off nothing is of first order
 
 
 @dataclass(frozen=True)
@@ -191,7 +192,7 @@ def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
     plain = clustered(of, of.slope) + outside @ (space.repeats * of.stiffness) @ outside.T
     quantile = float(student.ppf(0.5 + level / 2, max(len(of.segment) - of.told, 2)))
     reach = WIDER * np.sqrt(np.maximum(np.diag(plain), 0.0)) * quantile
-    reach = np.hypot(reach, norm.ppf(0.5 + level / 2) * np.sqrt(of.elsewhere))
+    reach = np.minimum(np.hypot(reach, norm.ppf(0.5 + level / 2) * np.sqrt(of.elsewhere)), FURTHEST * reach)
     reach += np.abs(of.biases @ to_machine.T).sum(axis=0)
     row = space.machines(of.point[None])[0]
     for k, c in enumerate(space.coordinates):
