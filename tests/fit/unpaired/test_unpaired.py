@@ -97,6 +97,7 @@ def test_a_tone_that_no_effect_gives_stays_without_a_name() -> None:
     assert not {each["name"] for each in result["effects"]} & {"defocus_blur", "vignetting", "jpeg_compression"}
 
 
+@pytest.mark.slow
 def test_what_does_not_do_all_of_its_part_has_no_name_beside_something_unknown() -> None:
     real = scenes(16, 1)
     soft = np.stack([cv2.GaussianBlur(picture, (0, 0), 1.5) for picture in real])
