@@ -72,12 +72,12 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[dict[str, Any]]:
         share = float(share_of(np.ones((1, len(over))))[0])
         if not share > LEAST or interval(lift_of, len(over), seed)[0] <= LIFT:  # of no gap there is no share
             continue
-        low, high = interval(share_of, len(over), seed)
+        low, high = (min(max(end, 0.0), 1.0) for end in interval(share_of, len(over), seed))
         place = {
             "axis": axis.name,
             "at": label,
             "share": min(share, 1.0),
-            "ci": [max(low, 0.0), min(high, 1.0)],
+            "ci": [low, high],
             "samples": float(usual[k]),
         }
         found.append((share * np.log(share / usual[k]), place))
