@@ -55,18 +55,23 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
     }
     write(out / "report.json", json.dumps(report, indent=1) + "\n")
     write(out / "tosses.json", json.dumps(table, indent=1, ensure_ascii=False) + "\n")
-    write(out / "groups.json", json.dumps(groups(tosses), indent=1, ensure_ascii=False) + "\n")
+    write(out / "groups.json", json.dumps(groups(tosses, report), indent=1, ensure_ascii=False) + "\n")
     _draw(held, named, out / "tosses.png")
     return table
 
 
-def groups(tosses: ContactRecording) -> dict[str, Any]:
-    """What each of as many tosses as are diagnosed, alone, says of every parameter, and whether they agree: a table."""
+def groups(tosses: ContactRecording, report: dict[str, Any]) -> dict[str, Any]:
+    """What each of as many tosses as are diagnosed, alone, says of every parameter, and whether they agree: a table.
+
+    `report`: of the first group.
+    """
     size = len(FITTED)
     firsts = range(0, len(tosses) - size + 1, size)
     found: dict[str, list[Estimate]] = {}
     for first in tracked(firsts, len(firsts), "groups of tosses"):
-        for effect in diagnose(split(tosses, range(first, first + size)), DiagnoseConfig()).to_dict()["effects"]:
+        group = split(tosses, range(first, first + size))
+        of_group = diagnose(group, DiagnoseConfig()).to_dict() if first else report
+        for effect in of_group["effects"]:
             for key, each in effect["parameters"].items():
                 name = effect["name"].replace("_", " ") + (f", {key}" if len(effect["parameters"]) > 1 else "")
                 found.setdefault(name, []).append(Estimate(each["value"], *each["ci"]))

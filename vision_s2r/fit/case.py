@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -62,12 +62,6 @@ class Experiment:
     commands: Mapping[str, np.ndarray] = field(default_factory=dict)
     target: np.ndarray | None = None  # uint8 [H, W]: of a camera, what to print and photograph
     open: bool = True  # it settles what was left open; else it shows more than a recording that settled everything
-
-    def or_else(self, harder: "Experiment") -> "Experiment":
-        """Another that can be run, with what this one wishes for; this one where there is none."""
-        if not harder.commands:
-            return self
-        return replace(harder, sentence=f"{harder.sentence} {self.sentence}".rstrip(), open=False)
 
 
 class Case(Protocol):

@@ -13,7 +13,7 @@ from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples,
 from vision_s2r.fit.contact import steadiness, uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
-from vision_s2r.fit.contact.experiments import experiment, harder
+from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
 from vision_s2r.fit.contact.predictor import plain
@@ -201,9 +201,5 @@ class ContactCase:
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next."""
-        temper = float(self._fitter.temper[0])
-        found = experiment(self.track, rivals, not_excited, temper)
-        if found.commands or not rivals:
-            return found
-        others = self.library.keys() - rivals[0].values.keys()
-        return found.or_else(harder(self.track, rivals[0], sorted(others), temper))
+        others = sorted(self.library.keys() - rivals[0].values.keys()) if rivals else []
+        return experiment(self.track, rivals, not_excited, others, float(self._fitter.temper[0]))

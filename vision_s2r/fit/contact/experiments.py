@@ -6,7 +6,7 @@ those is part of what a throw is worth (Hunter and Reiner 1965, as for joints).
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,16 +43,21 @@ class _Reach:
 
 
 def experiment(
-    track: ContactTrack, rivals: Sequence[Hypothesis], not_excited: Sequence[str], temper: float
+    track: ContactTrack,
+    rivals: Sequence[Hypothesis],
+    not_excited: Sequence[str],
+    others: Sequence[str],
+    temper: float,
 ) -> Experiment:
     """What to toss next, in a sentence or two, and how each throw is released, one row a throw.
 
-    `rivals`: the hypothesis first. `temper`: what a window counts, beside those that it overlaps. Empty where nothing
-    is to be told apart and nothing was not excited.
+    `rivals`: the hypothesis first. `temper`: what a window counts, beside those that it overlaps. Where nothing is to
+    be told apart and nothing was not excited, or no throw settles it, what shows most of the `others`; empty without
+    them.
     """
     base = (rivals[0] if rivals else Hypothesis()).only(CONTACT_FITS)
     asked = list(not_excited)
-    if len(rivals) < 2 and not asked:
+    if len(rivals) < 2 and not asked and not others:
         return Experiment("")
     candidates = _candidates(track)
     fitters = [_fitter(track, base, first, temper) for first in candidates.values()]
@@ -62,23 +67,15 @@ def experiment(
         questions.append(Question(told_by(names_of(rival), names), True, nats))
     questions += [_whether(name, base, fitters) for name in asked]
     chosen = most_telling(questions, np.ones(len(fitters)), KINDS)
-    told = shown(chosen, questions)
+    told, settles = shown(chosen, questions), bool(chosen)
+    if not chosen:
+        chosen = most_telling([_whether(name, base, fitters) for name in others], np.ones(len(fitters)), KINDS)
     wishes = wished([f"{CONTACT_FITS[name].excited_by} would show {name}" for name in asked if name not in told])
     if not chosen:
         return Experiment(wishes)
-    text = _told([list(candidates)[k] for k in chosen]) + settled(chosen, questions, names)
-    return Experiment(f"{text} {wishes}".rstrip(), _columns(_releases(candidates, chosen)))
-
-
-def harder(track: ContactTrack, base: Hypothesis, names: Sequence[str], temper: float) -> Experiment:
-    """What would show most of these effects, that tosses without a question may hide; arguments as above."""
-    base, candidates = base.only(CONTACT_FITS), _candidates(track)
-    fitters = [_fitter(track, base, first, temper) for first in candidates.values()]
-    chosen = most_telling([_whether(name, base, fitters) for name in names], np.ones(len(fitters)), KINDS)
-    if not chosen:
-        return Experiment("")
-    text = _told([list(candidates)[k] for k in chosen])
-    return Experiment(text, _columns(_releases(candidates, chosen)))
+    text = _told([list(candidates)[k] for k in chosen]) + (settled(chosen, questions, names) if settles else "")
+    first = np.concatenate([list(candidates.values())[k] for k in chosen])
+    return Experiment(f"{text} {wishes}".rstrip(), _columns(first), open=settles)
 
 
 def _whether(name: str, base: Hypothesis, fitters: Sequence[ContactFitter]) -> Question:
@@ -86,11 +83,6 @@ def _whether(name: str, base: Hypothesis, fitters: Sequence[ContactFitter]) -> Q
     size = Hypothesis({**base.values, name: CONTACT_FITS[name].plausible(fitters[0].scales)})
     free = (names_of(base) | frozenset(COEFFICIENTS)) - {name}
     return Question(name, False, np.array([fitter.apart(base, size, free) for fitter in fitters]))
-
-
-def _releases(candidates: Mapping[str, np.ndarray], chosen: Sequence[int]) -> np.ndarray:
-    """States at release of the chosen throws, one row each."""
-    return np.concatenate([list(candidates.values())[k] for k in chosen])
 
 
 def _candidates(track: ContactTrack) -> dict[str, np.ndarray]:

@@ -14,7 +14,7 @@ from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET
 from vision_s2r.fit.joint.disturbance import DISTURBANCE
 from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.excitation import not_excited
-from vision_s2r.fit.joint.experiments import experiment, harder
+from vision_s2r.fit.joint.experiments import experiment
 from vision_s2r.fit.joint.first_look import WINSOR, FirstLook
 from vision_s2r.fit.joint.fitter import Floor
 from vision_s2r.fit.joint.free_run import free_run, gap_errors, gap_metric
@@ -304,12 +304,9 @@ class JointCase:
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next, for the drive that it has: what a servo alone can show is asked of servos."""
         wanted = [name for name in not_excited if name not in self._apart]
-        variance = self._expected / self._temper
-        found = experiment(self._fitter, rivals, wanted, variance)
-        if found.commands or not rivals:
-            return found
-        others = self.library.keys() - self._apart.keys() - self._still.keys() - rivals[0].values.keys()
-        return found.or_else(harder(self._fitter, rivals[0], sorted(others), variance))
+        apart = self._apart.keys() | self._still.keys()
+        others = sorted(self.library.keys() - apart - rivals[0].values.keys()) if rivals else []
+        return experiment(self._fitter, rivals, wanted, others, self._expected / self._temper)
 
     def unshown(self, hypothesis: Hypothesis) -> dict[str, str]:
         """Effects of the hypothesis that the recording could not have shown beside its others, and why."""

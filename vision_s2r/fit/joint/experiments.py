@@ -78,44 +78,39 @@ class Design:
 
 
 def experiment(
-    fitter: JointFitter, rivals: Sequence[Hypothesis], not_excited: Sequence[str], variance: np.ndarray
+    fitter: JointFitter,
+    rivals: Sequence[Hypothesis],
+    not_excited: Sequence[str],
+    others: Sequence[str],
+    variance: np.ndarray,
 ) -> Experiment:
     """What to record next, in a sentence or two, and the commands to run.
 
-    `rivals`: the hypothesis first. `variance` [channels]: of the residual, an effective sample. Empty where nothing is
-    to be told apart and nothing was not excited.
+    `rivals`: the hypothesis first. `variance` [channels]: of the residual, an effective sample. Where nothing is to be
+    told apart and nothing was not excited, or no command settles it, what shows most of the `others`; empty without
+    them.
     """
     design = _design(fitter)
     base = rivals[0] if rivals else Hypothesis()
     asked = [name for name in not_excited if JOINT_FITS[name].excited_by]
-    sentences, columns, told = [], {}, set[str]()
-    if len(rivals) > 1 or asked:
-        candidates = design.candidates()
-        commands = np.array(list(candidates.values()))
-        questions, speeds = _questions(fitter, design, commands, base, rivals[1:], asked, variance)
-        chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
-        if chosen:
-            text = _told([list(candidates)[k] for k in chosen], _fast(speeds[chosen], fitter, design))
-            own = frozenset(MEANINGS.get(name, name) for name in names_of(base) - frozenset(DYNAMICS))
-            sentences.append(text + settled(chosen, questions, own))
-            columns = _columns(commands[chosen], design)
-            told = set(shown(chosen, questions))
-    wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
-    sentences.append(wished([wish for wish, name in zip(wishes, asked, strict=True) if name not in told]))
-    return Experiment(" ".join(filter(None, sentences)), columns)
-
-
-def harder(fitter: JointFitter, base: Hypothesis, names: Sequence[str], variance: np.ndarray) -> Experiment:
-    """What would show most of these effects, that a recording without a question may hide; arguments as above."""
-    design = _design(fitter)
     candidates = design.candidates()
     commands = np.array(list(candidates.values()))
-    questions, speeds = _questions(fitter, design, commands, base, [], names, variance)
-    chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
+    questions, chosen, speeds = list[Question](), list[int](), np.zeros(0)
+    if len(rivals) > 1 or asked:
+        questions, speeds = _questions(fitter, design, commands, base, rivals[1:], asked, variance)
+        chosen = most_telling(questions, np.isfinite(speeds), EPISODES)
+    told, settles = set(shown(chosen, questions)), bool(chosen)
+    if not chosen and others:
+        harder, speeds = _questions(fitter, design, commands, base, [], others, variance)
+        chosen = most_telling(harder, np.isfinite(speeds), EPISODES)
+    wishes = [f"{JOINT_FITS[name].excited_by.format(**design.words)} would show {name}" for name in asked]
+    text = wished([wish for wish, name in zip(wishes, asked, strict=True) if name not in told])
     if not chosen:
-        return Experiment("")
-    text = _told([list(candidates)[k] for k in chosen], _fast(speeds[chosen], fitter, design))
-    return Experiment(text, _columns(commands[chosen], design))
+        return Experiment(text)
+    own = frozenset(MEANINGS.get(name, name) for name in names_of(base) - frozenset(DYNAMICS))
+    fast = f"{speeds[chosen].max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
+    record = _told([list(candidates)[k] for k in chosen], fast) + (settled(chosen, questions, own) if settles else "")
+    return Experiment(f"{record} {text}".rstrip(), _columns(commands[chosen], design), open=settles)
 
 
 def _design(fitter: JointFitter) -> Design:
@@ -198,11 +193,6 @@ def _speeds(fitter: JointFitter, states: np.ndarray) -> np.ndarray:
     fast = np.abs(states[..., 1]).max(axis=1)
     inside = (far <= ROOM * 0.5 * scales.span) & (fast <= FASTER * scales.peak_speed)
     return np.where(inside, fast, np.inf)
-
-
-def _fast(speeds: np.ndarray, fitter: JointFitter, design: Design) -> str:
-    """How fast the joint would go, at most."""
-    return f"{speeds.max():.2g} {design.length}/s (until now {fitter.track.scales.peak_speed:.2g})"
 
 
 def _told(names: Sequence[str], fast: str) -> str:

@@ -75,13 +75,21 @@ class Linear:
 
     def slope(self, inside: np.ndarray) -> np.ndarray:
         """Of the samples inside [E, T] (bool), [D]."""
-        return -np.einsum("dsk,sk->d", self.jacobian[:, inside], (self.push * self.now)[inside])
+        return -np.einsum("dsk,sk->d", self.jacobian[:, inside], self._pull[inside])
 
     def curvature(self, inside: np.ndarray) -> np.ndarray:
         """Of the samples inside [E, T] (bool), [D, D]."""
         part = self.jacobian[:, inside]
-        bend = np.maximum(self.push * (NU * self.scale - self.now**2) / (NU * self.scale + self.now**2), 0.0)
-        return np.asarray(np.einsum("dsk,fsk,sk->df", part, part, bend[inside]))
+        return np.asarray(np.einsum("dsk,fsk,sk->df", part, part, self._bend[inside]))
+
+    @cached_property
+    def _pull(self) -> np.ndarray:
+        return self.push * self.now
+
+    @cached_property
+    def _bend(self) -> np.ndarray:
+        squared, soft = self.now**2, NU * self.scale
+        return np.asarray(np.maximum(self.push * (soft - squared) / (soft + squared), 0.0))
 
 
 def linear(fitter: JointFitter, hypothesis: Hypothesis) -> Linear:
