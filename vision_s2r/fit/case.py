@@ -211,8 +211,8 @@ class BesideUnknown(Case, Protocol):
 
 
 @runtime_checkable
-class OfRegimes(Case, Protocol):
-    """A case that is made of regimes, such as slow motion and fast, and knows what each of them would say."""
+class Elsewhere(Case, Protocol):
+    """A case that knows how far values hang on this recording where a hypothesis lacks something."""
 
     def intervals_elsewhere(self, hypothesis: Hypothesis) -> Mapping[str, Mapping[str, tuple[float, float]]]:
         """95 % intervals of what another recording would say, where the hypothesis lacks something."""

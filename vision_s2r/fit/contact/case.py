@@ -1,6 +1,5 @@
 """Tosses of a body as a case of the diagnosis."""
 
-import threading
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property
@@ -16,6 +15,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
+from vision_s2r.fit.contact.optima import beside_forces, optima
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.stretches import stretches_of
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
@@ -31,6 +31,8 @@ TOLERANCE = 0.01  # relative change of a nominal coefficient that is the simulat
 SLIGHT = 0.003  # … or this much, absolute
 INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have …
 APART = 5.0  # … nor does it differ by as much between two halves of the windows, by so many standard errors
+
+_Intervals = dict[str, dict[str, tuple[float, float]]]  # of every effect's parameters
 
 
 class ContactCase:
@@ -62,7 +64,7 @@ class ContactCase:
         self._windows, self._stretches = windows_of(self.track), stretches_of(self.track)
         self._scales = ContactScales(self.track.nominal, self.track.shape, self.track.sample_time)
         self._terms = terms_of(self.track)
-        self._lock = threading.Lock()
+        self._elsewhere: dict[str, _Intervals] = {}  # by hypothesis
         self._prepare()
 
     def _prepare(self) -> None:
@@ -195,11 +197,37 @@ class ContactCase:
         contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
         return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> _Intervals:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}
+
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> _Intervals:
+        """Of every parameter, from the least to the most that it may as well be, as other tosses would say."""
+        key = repr(hypothesis)
+        if key not in self._elsewhere:
+            ends = [self.intervals(each) for each in optima(self._fitter, hypothesis, self._nats)]
+            ends += [_points(each) for each in beside_forces(self._fitter, hypothesis, self._nats)]
+            self._elsewhere[key] = {
+                name: {p: _hull([own, *(end[name][p] for end in ends)]) for p, own in parameters.items()}
+                for name, parameters in self.intervals(hypothesis).items()
+            }
+        return self._elsewhere[key]
+
+    def _nats(self, hypothesis: Hypothesis) -> np.ndarray:
+        """Log-likelihood [segments] (nats) of each episode."""
+        return np.array([each.sum() for each in self.loglik(hypothesis, range(self.segments))])
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next."""
         others = sorted(self.library.keys() - rivals[0].values.keys()) if rivals else []
         return experiment(self.track, rivals, not_excited, others, float(self._fitter.temper[0]))
+
+
+def _points(hypothesis: Hypothesis) -> _Intervals:
+    """Values as intervals of no length."""
+    return {name: {p: (value, value) for p, value in values.items()} for name, values in hypothesis.values.items()}
+
+
+def _hull(intervals: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """The shortest interval around all of these."""
+    return min(low for low, _ in intervals), max(high for _, high in intervals)

@@ -1,0 +1,50 @@
+"""How far a value hangs on the optimum that a fit has ended in, and on a force that the simulator lacks.
+
+Which corner hits first gives a likelihood of real tosses many optima, some as good as the one that a fit has ended in,
+and a force that nobody has modelled bends values. Other tosses have another best optimum, and more or less of the
+force. The interval of one fit knows of neither, and leaving tosses out in turn hardly moves it.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.contact.discrepancy import MEANINGS
+from vision_s2r.fit.contact.fitter import ContactFitter, names_of
+from vision_s2r.statistics import interval
+
+STARTS = 16  # of fits, beside the one that is asked about …
+ASIDE = 0.35  # … up to so far from it in each parameter, relative
+
+LogLikelihood = Callable[[Hypothesis], np.ndarray]  # of each toss [E], nats
+
+
+def optima(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
+    """Fits around a hypothesis, itself among them, that are not surely worse than the best of them."""
+    names, every = names_of(hypothesis), range(fitter.count)
+    space = fitter.space(names)
+    point = space.start(hypothesis)
+    units = np.array([1.0 if c.log else abs(at) for c, at in zip(space.coordinates, point, strict=False)])
+    rng = np.random.default_rng(0)
+    ends = [hypothesis]
+    for _ in range(STARTS):
+        start = point.copy()
+        start[: len(units)] += rng.uniform(-ASIDE, ASIDE, len(units)) * units
+        start = np.clip(start, space.low, space.high)
+        ends.append(fitter.fit(names, every, space.hypothesis(start, hypothesis.extra)))
+    nats = [loglik(each) for each in ends]
+    best = max(nats, key=np.sum)
+    return [each for each, its in zip(ends, nats, strict=True) if _may_be(its - best)]
+
+
+def beside_forces(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
+    """Fits of a hypothesis and one force more that it lacks, where they are likelier."""
+    names, every = names_of(hypothesis), range(fitter.count)
+    fits = [fitter.fit(names | {force}, every, hypothesis) for force in sorted(MEANINGS.keys() - names)]
+    return [each for each in fits if loglik(each).sum() > loglik(hypothesis).sum()]
+
+
+def _may_be(ahead: np.ndarray) -> bool:
+    """Whether nats of tosses [E] by which an optimum is ahead of the best might have been none less than its."""
+    return interval(lambda counts: counts @ ahead, len(ahead), 0)[1] >= 0
