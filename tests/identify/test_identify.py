@@ -12,7 +12,7 @@ from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.discrepancy import OWN_BIAS
 from vision_s2r.identify import IdentifyConfig, identify, identify_all
 from vision_s2r.identify.config import HoldConfig
-from vision_s2r.joint import JOINT_EFFECTS
+from vision_s2r.joint import JOINT_EFFECTS, Tables
 from vision_s2r.randomize import load_distribution
 from vision_s2r.recording import write
 from vision_s2r.recording.joined import joined
@@ -50,6 +50,18 @@ def test_parameters_and_effects_lie_in_their_intervals(springy):
     gap = result["gap"]
     assert gap["before"] > 10 * gap["floor"] and gap["after"] < 1.1 * gap["floor"] < gap["refitted"]
     assert result["validation"]["velocity_rmse"]["after"] < 0.05 * result["validation"]["velocity_rmse"]["before"]
+
+
+def test_where_the_simulator_lacks_something_intervals_hold_what_another_motion_says():
+    """A quadratic drag: of a slow motion its damping is small, of a fast one large."""
+    speeds = np.linspace(-20.0, 20.0, 81)
+    drag = Tables(velocity=(-20.0, 20.0, len(speeds))), -0.01 * speeds * np.abs(speeds)
+    slow, fast = (identify(a_log({}, share * steps(5, 300), unknown=drag)) for share in (0.4, 1.0))
+    (low, high), (least, most) = (each.estimate.intervals["viscous_damping"]["value"] for each in (slow, fast))
+    assert low < least < high < most
+    at = fast.estimate.labels.index(("viscous_damping", "value"))
+    deviation = np.sqrt(fast.estimate.covariance[at, at])
+    assert 2 * 1.96 * deviation == pytest.approx(most - least, rel=0.3)  # the interval is of a logarithm
 
 
 def test_the_posterior_is_the_intervals(springy):

@@ -9,6 +9,7 @@ import numpy as np
 from vision_s2r import parallel
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.fit.case import NOMINAL, Case, Hypothesis, Names, Segments
+from vision_s2r.fit.gap import rest
 from vision_s2r.fit.selection import EVIDENCE
 from vision_s2r.statistics import lower_bound
 
@@ -44,15 +45,8 @@ class Assessment:
 
     @property
     def rest(self) -> float:
-        """Excess over the floor, in units of the noise's variance; about 0 where nothing is left.
-
-        The geometric mean over segments: one in which something else goes wrong does not drown the others.
-        """
-        return _rest(self.excess)
-
-
-def _rest(excess: np.ndarray) -> float:
-    return float(np.exp(np.log(excess.clip(1e-12)).mean())) - 1
+        """What is left of held-out segments."""
+        return rest(self.excess)
 
 
 @dataclass(frozen=True)
@@ -129,7 +123,7 @@ class Assessor:
 
     def left(self, hypothesis: Hypothesis) -> float:
         """The rest of a hypothesis in what it was fitted to."""
-        return _rest(self.case.excess(hypothesis, range(self.case.segments)))
+        return rest(self.case.excess(hypothesis, range(self.case.segments)))
 
     def one(self, names: Names, start: Hypothesis = NOMINAL) -> Assessment:
         """One set with its score."""

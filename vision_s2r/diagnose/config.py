@@ -5,6 +5,7 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 
+from vision_s2r.fit.gap import ADEQUATE
 from vision_s2r.options import option, validate
 from vision_s2r.parallel import backend_option
 from vision_s2r.recording.folders import folders
@@ -53,7 +54,7 @@ class SearchConfig:
         low=0,
     )
     adequate: float = option(
-        0.10, "A mean squared residual that exceeds the noise's by no more than this is at the floor.", low=0
+        ADEQUATE, "A mean squared residual that exceeds the noise's by no more than this is at the floor.", low=0
     )
     tolerance: float = option(
         0.05,

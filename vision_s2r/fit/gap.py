@@ -6,6 +6,16 @@ import numpy as np
 
 from vision_s2r.statistics import interval
 
+ADEQUATE = 0.10  # `rest` that is at the floor
+
+
+def rest(excess: np.ndarray) -> float:
+    """Excess [segments] over the floor, in units of the noise's variance; about 0 where nothing is left.
+
+    The geometric mean over segments: one in which something else goes wrong does not drown the others.
+    """
+    return float(np.exp(np.log(excess.clip(1e-12)).mean())) - 1
+
 
 @dataclass(frozen=True)
 class Share:

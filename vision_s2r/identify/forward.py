@@ -4,6 +4,7 @@ The likelihood of the residual of an observer that leaks a little of the measure
 """
 
 from vision_s2r.fit.case import Hypothesis, Segments
+from vision_s2r.fit.gap import ADEQUATE, rest
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.discrepancy import OWN
 from vision_s2r.fit.joint.uncertainty import BlockScores, covariance, reach
@@ -17,12 +18,13 @@ class Forward:
         self._case, self._fitted = case, fitted
 
     def estimate(self) -> ParameterEstimates:
-        """From all segments."""
-        scores = self._case.scores(self._fitted)
+        """From all segments; where something is left, as sure as another motion would find them."""
+        case, fitted = self._case, self._fitted
+        left = rest(case.excess(fitted, range(case.segments))) > ADEQUATE
+        scores = (case.scores_elsewhere if left else case.scores)(fitted)
+        intervals = (case.intervals_elsewhere if left else case.intervals)(fitted)
         labels = tuple((c.effect, c.parameter) for c in scores.space.coordinates)
-        return ParameterEstimates(
-            self._fitted, self._case.intervals(self._fitted), labels, covariance(scores), self._offsets(scores)
-        )
+        return ParameterEstimates(fitted, intervals, labels, covariance(scores), self._offsets(scores))
 
     @staticmethod
     def _offsets(scores: BlockScores) -> Offsets:

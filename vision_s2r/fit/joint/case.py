@@ -276,13 +276,17 @@ class JointCase:
 
     def intervals_elsewhere(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """Of every parameter, of what another motion would say where the hypothesis lacks something."""
+        return self._intervals(hypothesis, self.scores_elsewhere(hypothesis))
+
+    def scores_elsewhere(self, hypothesis: Hypothesis) -> uncertainty.BlockScores:
+        """`scores` that are as sure as another motion leaves them where the hypothesis lacks something."""
         key = "elsewhere", repr(hypothesis)
         if key not in self._scores:
             scores, here = self.scores(hypothesis), uncertainty.linear(self._fitter, hypothesis)
             more = scatter(scores, here, self.samples(hypothesis).axes, self.track.segment >= 0)
             with self._lock:
                 self._scores[key] = replace(scores, elsewhere=more)
-        return self._intervals(hypothesis, self._scores[key])
+        return self._scores[key]
 
     def _intervals(
         self, hypothesis: Hypothesis, scores: uncertainty.BlockScores
