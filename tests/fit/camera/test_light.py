@@ -10,7 +10,8 @@ from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recor
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.light import FrameLight, stops
-from vision_s2r.fit.camera.study import open_pictures
+from vision_s2r.fit.camera.reference import pyramid
+from vision_s2r.fit.camera.study import open_pictures, worked
 from vision_s2r.recording.data import CameraRecording
 
 K1 = -0.25
@@ -50,6 +51,12 @@ def test_a_lens_found_on_small_pictures_is_looked_at_again_on_finer_ones() -> No
     assert found["lens_distortion"]["k1"] == pytest.approx(K1, rel=0.03)
     assert found["vignetting"] == coarse["vignetting"]
     assert with_finer_warps(whole, whole, coarse) == coarse
+
+
+def test_how_many_photographs_there_are_does_not_decide_at_which_size_they_are_worked_on() -> None:
+    grey = np.zeros((13, 480, 640, 1), dtype=np.float32)
+    whole = [replace(photographed(), sim=grey[:count], real=grey[:count], intrinsics=None) for count in (3, 13)]
+    assert [worked(pyramid(open_pictures(each)))[0].scale for each in whole] == [0.25, 0.25]
 
 
 def test_steady_light_is_no_frames_own() -> None:

@@ -50,7 +50,7 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
         at = (bins + count * frame).expand_as(residual).reshape(-1)
         tables[name] = tuple(torch.bincount(at, of, count * frames).reshape(frames, count) for of in (work, more))
     tables["colour"] = _by_colour(change, residual, weight)
-    sizes = {name: _unlike(each, off) for name, (each, off) in tables.items()}
+    sizes = {name: _surely_unlike(each, off) for name, (each, off) in tables.items()}
     return {name: size for name, size in sizes.items() if size is not None}
 
 
@@ -71,6 +71,13 @@ def detail_lacking(real: Tensor, blurred: Tensor, sharp: Tensor, noise: Tensor, 
 def _detail(picture: Tensor) -> Tensor:
     """Squares [B, C, H, W] of what is finer than the mean of the pixels around."""
     return (picture - smoothed(picture, _FINE)).square()
+
+
+def _surely_unlike(each: Tensor, off: Tensor) -> float | None:
+    """`_unlike` without the frame that it hangs on most: of a few photographs, one may be off in a place of its own."""
+    kept = [[k for k in range(len(each)) if k != out] for out in range(len(each))] if len(each) > 2 else []
+    sizes = [_unlike(each[some], off[some]) for some in kept]
+    return min((size for size in sizes if size is not None), default=_unlike(each, off))
 
 
 def _unlike(each: Tensor, off: Tensor) -> float | None:

@@ -46,7 +46,7 @@ from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording
 
 _FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames, of unsteady light, values in them
-_LARGE, _WORKED = 200, 600_000  # px of the shorter side, and values in all: pictures of more are worked on at less size
+_LARGE = 200  # px of the shorter side: pictures of more are worked on at less size
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _DARK_SLOPE = 12.92  # of sRGB's coded values over the light, in the dark
@@ -158,10 +158,7 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
 
 def worked(levels: Sequence[Pictures]) -> Sequence[Pictures]:
     """The levels from that on which photographs are worked on: large ones are, at less than their size."""
-    for k, level in enumerate(levels):
-        if min(level.sim.shape[-2:]) <= _LARGE or level.sim.numel() <= _WORKED:
-            return levels[k:]
-    return levels[-1:]
+    return [level for level in levels if min(level.sim.shape[-2:]) <= _LARGE]
 
 
 def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -> FrameLight:
