@@ -47,6 +47,7 @@ def test_parameters_and_effects_lie_in_their_intervals(springy):
             assert low <= value <= high, (name, key)
             assert high - low <= max(0.1 * abs(value), 2e-3), (name, key)
     assert result["unidentified"] == [] and result["doubtful"] == []
+    assert result["intervals_of"] == "this recording"
     gap = result["gap"]
     assert gap["before"] > 10 * gap["floor"] and gap["after"] < 1.1 * gap["floor"] < gap["refitted"]
     assert result["validation"]["velocity_rmse"]["after"] < 0.05 * result["validation"]["velocity_rmse"]["before"]
@@ -59,6 +60,7 @@ def test_where_the_simulator_lacks_something_intervals_hold_what_another_motion_
     slow, fast = (identify(a_log({}, share * steps(5, 300), unknown=drag)) for share in (0.4, 1.0))
     (low, high), (least, most) = (each.estimate.intervals["viscous_damping"]["value"] for each in (slow, fast))
     assert low < least < high < most
+    assert all("as wide as another motion" in each.summary() for each in (slow, fast))
     at = fast.estimate.labels.index(("viscous_damping", "value"))
     deviation = np.sqrt(fast.estimate.covariance[at, at])
     assert 2 * 1.96 * deviation == pytest.approx(most - least, rel=0.3)  # the interval is of a logarithm

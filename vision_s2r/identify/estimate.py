@@ -22,6 +22,8 @@ class ParameterEstimates:
     covariance: np.ndarray  # [K, K] of the parameters in their own units, of a normal distribution with these intervals
     # Of several recordings, how much more bias torque, or position offset, those after the first have [R - 1].
     offsets: Offsets = field(default_factory=dict)
+    # Whether the fit leaves more than noise, and intervals are those of what another motion would find.
+    elsewhere: bool = False
 
     @property
     def values(self) -> np.ndarray:

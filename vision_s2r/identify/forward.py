@@ -24,7 +24,7 @@ class Forward:
         scores = (case.scores_elsewhere if left else case.scores)(fitted)
         intervals = (case.intervals_elsewhere if left else case.intervals)(fitted)
         labels = tuple((c.effect, c.parameter) for c in scores.space.coordinates)
-        return ParameterEstimates(fitted, intervals, labels, covariance(scores), self._offsets(scores))
+        return ParameterEstimates(fitted, intervals, labels, covariance(scores), self._offsets(scores), left)
 
     @staticmethod
     def _offsets(scores: BlockScores) -> Offsets:

@@ -125,6 +125,7 @@ def _content(found: Identified) -> dict[str, Any]:
             "matrix": found.estimate.correlation.tolist(),
         },
         "gap": _gap(found),
+        "intervals_of": "another motion" if found.estimate.elsewhere else "this recording",
         **found.errors,
         **({"offsets": offsets} if (offsets := _offsets(found)) else {}),
         **({"validation": found.validation} if found.validation else {}),

@@ -34,6 +34,8 @@ def _sentences(result: dict[str, Any]) -> list[str]:
     gap = result["gap"]
     before, after, floor = (f"{words.number(gap[key])} {gap['unit']}" for key in ("before", "after", "floor"))
     lines = [f"{gap['metric'].replace('_', ' ')}, held out: {before} before, {after} after; noise {floor}"]
+    if result["intervals_of"] != "this recording":
+        lines.append("more than noise is left: intervals are as wide as another motion would find the values")
     units = {
         "position_rmse": gap["unit"].removesuffix("/s"),
         "velocity_rmse": gap["unit"],
