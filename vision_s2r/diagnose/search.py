@@ -152,13 +152,20 @@ class Search:
         return self._assessor.one(frozenset(found.values) | self._base | self._discrepancies, found)
 
     def _effects_alone(self, base: Assessment, most: int) -> Assessment:
-        """The set of so many effects at most that is worth its names, beside nothing unknown."""
-        return self._shed(self._swap(self._grow(base, most)), self._effects)
+        """The set of so many effects at most that is worth its names, beside nothing unknown.
+
+        An effect in place of its rival may show others that this hid: such a set is grown on.
+        """
+        grown = self._grow(base, most)
+        found = self._swap(grown)
+        if found is not grown:
+            found = self._swap(self._grow(found, most))
+        return self._shed(found, self._effects)
 
     def _grow(self, base: Assessment, most: int) -> Assessment:
         """Forward, a beam of sets at a time; one size may bring nothing, since some effects only show in pairs."""
         best, beam, patience = base, [base], 1
-        for size in range(1, most + 1):
+        for size in range(len(base.names - self._base) + 1, most + 1):
             if size > 1 and self._assessor.adequate(best) and not self._promising(best):
                 break
             children = self._settled(size, best) or self._children(beam, size)
