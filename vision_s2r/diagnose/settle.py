@@ -85,7 +85,7 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
         if little or vanishing:
-            helps = open_ended and bool(case.refitted) and not (firm or vanishing)
+            helps = is_open(found) and bool(case.refitted or assessor.cfg.plain) and not (firm or vanishing)
             weak[name] = name in case.refitted or name in case.measured or helps
     return weak
 

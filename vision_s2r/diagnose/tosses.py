@@ -25,6 +25,7 @@ from vision_s2r.progress import tracked
 from vision_s2r.recording import ContactRecording, split
 from vision_s2r.recording.contactnets import read_contactnets
 from vision_s2r.report.drawing import series
+from vision_s2r.report.reading import diagnosed, values
 from vision_s2r.statistics import Estimate, agree, interval
 
 BELIEVED = {"lateral_friction": 0.5, "restitution": 0.5}  # of the simulator to be diagnosed
@@ -38,12 +39,10 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
     out = Path(out)
     tosses = read_contactnets(path, **BELIEVED)
     report = diagnose(split(tosses, FITTED), DiagnoseConfig()).to_dict()
-    named = {
-        effect["name"]: {key: one["value"] for key, one in effect["parameters"].items()} for effect in report["effects"]
-    }
+    found = values(diagnosed(report))
     held = split(tosses, HELD)
     rows: list[list[Any]] = []
-    for title, effects in (("as believed", {}), ("published", PUBLISHED), ("diagnosed", named)):
+    for title, effects in (("as believed", {}), ("published", PUBLISHED), ("diagnosed", found)):
         position, angle = _errors(held, effects)
         rows.append([title, _text(effects), _interval(position, 1e3), _interval(angle, 180 / np.pi)])
     table = {
@@ -56,7 +55,7 @@ def study(path: Path | str, out: Path | str) -> dict[str, Any]:
     write(out / "report.json", json.dumps(report, indent=1) + "\n")
     write(out / "tosses.json", json.dumps(table, indent=1, ensure_ascii=False) + "\n")
     write(out / "groups.json", json.dumps(groups(tosses, report), indent=1, ensure_ascii=False) + "\n")
-    _draw(held, named, out / "tosses.png")
+    _draw(held, found, out / "tosses.png")
     return table
 
 
