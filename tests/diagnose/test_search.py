@@ -18,10 +18,10 @@ from vision_s2r.fit.case import Hypothesis, Names, Segments
 
 
 def diagnosed(
-    y: np.ndarray, beside: bool = False, known: bool = False, faint: float = 0.0, **case: Any
+    y: np.ndarray, beside: bool = False, known: bool = False, faint: float = 0.0, plain: bool = False, **case: Any
 ) -> dict[str, Any]:
     it = Curves(y, **case)
-    assessor = Assessor(it, SearchConfig(beside=beside, known=known, faint=faint), jobs=2, seed=0)
+    assessor = Assessor(it, SearchConfig(beside=beside, known=known, faint=faint, plain=plain), jobs=2, seed=0)
     return report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
 
 
@@ -54,6 +54,15 @@ def test_where_nothing_is_left_pairs_need_not_be_looked_for() -> None:
         assert Search(it, assessor).run().effects == {"wave"}
         largest[hidden] = max(len(found - it.refitted) for found in assessor.assessed)
     assert largest == {True: 3, False: 1}
+
+
+def test_what_shows_once_an_effect_has_taken_its_rivals_place_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    it = Curves(recording(1, step=2.0, wave=0.5))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    search = Search(it, assessor)
+    grow, ended = search._grow, [assessor.one(it.refitted | {"late_step"})]  # beside which nothing was worth its name
+    monkeypatch.setattr(search, "_grow", lambda base, most: ended.pop() if ended else grow(base, most))
+    assert search.run().effects == {"step", "wave"}
 
 
 def test_a_name_that_parts_of_the_recording_contradict_is_not_given_though_it_explains_all() -> None:
@@ -95,6 +104,15 @@ def test_an_effect_that_closes_little_is_not_ruled_out_where_something_is_left()
     assert found["verdict"] == "partly_explained" and names(found) == {"wave"}
     assert line["status"] == "undecided" and "closes less" in line["reason"] and line["evidence"] > 100
     assert "step" in {kept["name"] for kept in found["refitted"]}  # the simulator is better with it
+
+
+def test_where_no_value_is_refitted_an_effect_that_closes_little_stays_in_the_simulator_too() -> None:
+    """A toss's; beside something unknown a fifth of what is left would have been enough for its name."""
+    y = recording(7, wave=10.0, step=0.2, other=0.4 * np.sin(40 * np.pi * T))
+    found = diagnosed(y, plain=True, refitted=Names(), withheld=frozenset(CURVES) - {"wave", "step"})
+    assert found["verdict"] == "partly_explained" and names(found) == {"wave"}
+    assert [kept["name"] for kept in found["refitted"]] == ["step"]
+    assert next(line for line in found["candidates"] if line["name"] == "step")["status"] == "undecided"
 
 
 def test_where_the_gap_is_noise_a_share_that_may_be_nothing_gets_no_name() -> None:
