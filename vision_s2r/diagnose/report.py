@@ -187,7 +187,8 @@ def _candidates(
             line["evidence"] = screened[name] if tried is None else assessor.gain(tried, final).nats
             if name in final.names & settled.slight:
                 line["evidence"] = _evidence(case, assessor, settled, name)
-            rivals = [(final.names - other.names) & found.effects for other in equivalent if name in other.names]
+            instead = [other for other in equivalent if name in other.names - final.names]
+            rivals = [(final.names - other.names) & found.effects for other in instead]
             rivals += [found.effects & case.guessed] if name in settled.vague else []
             if name in settled.slight:
                 line["reason"] = SLIGHT
