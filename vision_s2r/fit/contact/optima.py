@@ -21,7 +21,7 @@ LogLikelihood = Callable[[Hypothesis], np.ndarray]  # of each toss [E], nats
 
 
 def optima(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
-    """Fits around a hypothesis, itself among them, that are not surely worse than the best of them."""
+    """Other fits around a hypothesis that are not surely worse than the best of all."""
     names, every = names_of(hypothesis), range(fitter.count)
     space = fitter.space(names)
     point = space.start(hypothesis)
@@ -35,14 +35,15 @@ def optima(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood)
         ends.append(fitter.fit(names, every, space.hypothesis(start, hypothesis.extra)))
     nats = [loglik(each) for each in ends]
     best = max(nats, key=np.sum)
-    return [each for each, its in zip(ends, nats, strict=True) if _may_be(its - best)]
+    return [each for each, its in zip(ends[1:], nats[1:], strict=True) if _may_be(its - best)]
 
 
 def beside_forces(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
     """Fits of a hypothesis and one force more that it lacks, where they are likelier."""
     names, every = names_of(hypothesis), range(fitter.count)
+    without = loglik(hypothesis).sum()
     fits = [fitter.fit(names | {force}, every, hypothesis) for force in sorted(MEANINGS.keys() - names)]
-    return [each for each in fits if loglik(each).sum() > loglik(hypothesis).sum()]
+    return [each for each in fits if loglik(each).sum() > without]
 
 
 def _may_be(ahead: np.ndarray) -> bool:
