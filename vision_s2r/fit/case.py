@@ -10,6 +10,7 @@ import numpy as np
 from vision_s2r.effects import Effect, Parameter
 
 Values = Mapping[str, Mapping[str, float]]  # by effect, its parameters by name
+Intervals = dict[str, dict[str, tuple[float, float]]]  # likewise
 Names = frozenset[str]
 Segments = Sequence[int]
 
@@ -186,7 +187,7 @@ class Case(Protocol):
         """Whether parts of the recording ask for other sizes of it, as of no true one even where all is explained."""
         ...
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter of `values`, from all segments, honest where residuals depend on each other."""
         ...
 

@@ -5,10 +5,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.case import Hypothesis, Intervals
 
 Label: TypeAlias = tuple[str, str]  # effect, parameter
-Intervals: TypeAlias = dict[str, dict[str, tuple[float, float]]]
 Offsets: TypeAlias = dict[str, list[tuple[float, float, float]]]  # by effect: value, and its 95 % interval
 
 

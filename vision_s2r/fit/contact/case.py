@@ -8,7 +8,7 @@ import numpy as np
 
 from vision_s2r.contact import COEFFICIENTS
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Intervals, Names, Samples, Segments, confusable
 from vision_s2r.fit.contact import steadiness, uncertainty
 from vision_s2r.fit.contact.discrepancy import MEANINGS, terms_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
@@ -31,8 +31,6 @@ TOLERANCE = 0.01  # relative change of a nominal coefficient that is the simulat
 SLIGHT = 0.003  # … or this much, absolute
 INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have …
 APART = 5.0  # … nor does it differ by as much between two halves of the windows, by so many standard errors
-
-_Intervals = dict[str, dict[str, tuple[float, float]]]  # of every effect's parameters
 
 
 class ContactCase:
@@ -64,7 +62,7 @@ class ContactCase:
         self._windows, self._stretches = windows_of(self.track), stretches_of(self.track)
         self._scales = ContactScales(self.track.nominal, self.track.shape, self.track.sample_time)
         self._terms = terms_of(self.track)
-        self._elsewhere: dict[str, _Intervals] = {}  # by hypothesis
+        self._elsewhere: dict[str, Intervals] = {}  # by hypothesis
         self._prepare()
 
     def _prepare(self) -> None:
@@ -197,11 +195,11 @@ class ContactCase:
         contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
         return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
 
-    def intervals(self, hypothesis: Hypothesis) -> _Intervals:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}
 
-    def intervals_elsewhere(self, hypothesis: Hypothesis) -> _Intervals:
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> Intervals:
         """Of every parameter, from the least to the most that it may as well be, as other tosses would say."""
         key = repr(hypothesis)
         if key not in self._elsewhere:
@@ -223,7 +221,7 @@ class ContactCase:
         return experiment(self.track, rivals, not_excited, others, float(self._fitter.temper[0]))
 
 
-def _points(hypothesis: Hypothesis) -> _Intervals:
+def _points(hypothesis: Hypothesis) -> Intervals:
     """Values as intervals of no length."""
     return {name: {p: (value, value) for p, value in values.items()} for name, values in hypothesis.values.items()}
 

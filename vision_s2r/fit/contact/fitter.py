@@ -117,9 +117,9 @@ class ContactFitter(Fitter[ContactSpace]):
         """A likelier point a large step of one parameter away, or two: which corner hits first makes many optima."""
         point, cost = fitted.point, float(costs(self.runs, space, data, fitted.point[None])[0][0])
         for hop in HOPS:
-            for k, c in enumerate(space.coordinates):
+            for k in range(len(space.coordinates)):
                 aside = np.zeros(space.size)
-                aside[k] = hop * (1.0 if c.log else abs(point[k]))
+                aside[k] = hop * space.sizes(point)[k]
                 around = np.clip([point - aside, point + aside], space.low, space.high)
                 tried = costs(self.runs, space, data, around)[0]
                 if tried.min() < cost:

@@ -12,10 +12,11 @@ import numpy as np
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.contact.discrepancy import MEANINGS
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
-from vision_s2r.statistics import interval
+from vision_s2r.statistics import lower_bound
 
 STARTS = 16  # of fits, beside the one that is asked about …
 ASIDE = 0.35  # … up to so far from it in each parameter, relative
+SURE = 0.975  # that the best optimum is better by more than chance
 
 LogLikelihood = Callable[[Hypothesis], np.ndarray]  # of each toss [E], nats
 
@@ -25,17 +26,16 @@ def optima(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood)
     names, every = names_of(hypothesis), range(fitter.count)
     space = fitter.space(names)
     point = space.start(hypothesis)
-    units = np.array([1.0 if c.log else abs(at) for c, at in zip(space.coordinates, point, strict=False)])
-    rng = np.random.default_rng(0)
+    sizes, rng = space.sizes(point), np.random.default_rng(0)
     ends = [hypothesis]
     for _ in range(STARTS):
         start = point.copy()
-        start[: len(units)] += rng.uniform(-ASIDE, ASIDE, len(units)) * units
+        start[: len(sizes)] += rng.uniform(-ASIDE, ASIDE, len(sizes)) * sizes
         start = np.clip(start, space.low, space.high)
         ends.append(fitter.fit(names, every, space.hypothesis(start, hypothesis.extra)))
     nats = [loglik(each) for each in ends]
     best = max(nats, key=np.sum)
-    return [each for each, its in zip(ends[1:], nats[1:], strict=True) if _may_be(its - best)]
+    return [each for each, its in zip(ends[1:], nats[1:], strict=True) if lower_bound(best - its, SURE, 0) <= 0]
 
 
 def beside_forces(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
@@ -44,8 +44,3 @@ def beside_forces(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLike
     without = loglik(hypothesis).sum()
     fits = [fitter.fit(names | {force}, every, hypothesis) for force in sorted(MEANINGS.keys() - names)]
     return [each for each in fits if loglik(each).sum() > without]
-
-
-def _may_be(ahead: np.ndarray) -> bool:
-    """Whether nats of tosses [E] by which an optimum is ahead of the best might have been none less than its."""
-    return interval(lambda counts: counts @ ahead, len(ahead), 0)[1] >= 0

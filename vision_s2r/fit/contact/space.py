@@ -59,6 +59,10 @@ class ContactSpace(Coordinates):
         """Which coordinates are this effect's parameters."""
         return [k for k, c in enumerate(self.coordinates) if c.effect == effect]
 
+    def sizes(self, point: np.ndarray) -> np.ndarray:
+        """What changes of effects' coordinates [K] at a point are relative to: 1 for a logarithm."""
+        return np.array([1.0 if c.log else abs(at) for c, at in zip(self.coordinates, point, strict=False)])
+
     def start(self, hypothesis: Hypothesis) -> np.ndarray:
         """The point [D] at this hypothesis; a coefficient that it has not is nominal. KeyError for others."""
         values: dict[str, Mapping[str, float]] = {n: {"value": float(getattr(self.nominal, n))} for n in COEFFICIENTS}

@@ -44,14 +44,14 @@ def _systematic(fitter: ContactFitter, space: ContactSpace, point: np.ndarray) -
     """Standard deviation [D] of what is no noise."""
     track = fitter.predictor.track
     off = float(np.hypot(track.states.noise[0], track.bias[0]))
-    out = np.zeros(space.size)
+    out, sizes = np.zeros(space.size), space.sizes(point)
     for k, c in enumerate(space.coordinates):
         (unit,) = (each.unit for each in CONTACT_EFFECTS[c.effect].parameters if each.name == c.parameter)
         fit = CONTACT_FITS[c.effect]
         unit = "m" if fit.length else unit
         also = {"m": POSES * off, "rad": ANGLE}.get(unit, COEFFICIENT if c.effect in COEFFICIENTS else 0.0)
         relative = ROUGHLY if fit.rough else ALIKE
-        out[k] = np.hypot(also, relative * (1.0 if c.log else abs(point[k])))
+        out[k] = np.hypot(also, relative * sizes[k])
     return out
 
 

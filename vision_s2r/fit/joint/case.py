@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 import numpy as np
 
 from vision_s2r.effects import Effect, Parameter
-from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import NOMINAL, Experiment, Hypothesis, Intervals, Names, Samples, Segments, confusable
 from vision_s2r.fit.joint import uncertainty
 from vision_s2r.fit.joint.discrepancy import MEANINGS, OWN, OWN_BIAS, OWN_OFFSET, of_episodes
 from vision_s2r.fit.joint.disturbance import DISTURBANCE
@@ -270,11 +270,11 @@ class JointCase:
         """No: what is explained is not asked again."""
         return False
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
         return self._intervals(hypothesis, self.scores(hypothesis)) if hypothesis.values else {}
 
-    def intervals_elsewhere(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> Intervals:
         """Of every parameter, of what another motion would say where the hypothesis lacks something."""
         return self._intervals(hypothesis, self.scores_elsewhere(hypothesis))
 
@@ -288,9 +288,7 @@ class JointCase:
                 self._scores[key] = replace(scores, elsewhere=more)
         return self._scores[key]
 
-    def _intervals(
-        self, hypothesis: Hypothesis, scores: uncertainty.BlockScores
-    ) -> dict[str, dict[str, tuple[float, float]]]:
+    def _intervals(self, hypothesis: Hypothesis, scores: uncertainty.BlockScores) -> Intervals:
         found = uncertainty.intervals(scores)
         if self._grid and "encoder_quantization" in hypothesis.values:
             found["encoder_quantization"] = self._grid.intervals(self.track.scales.span)
