@@ -15,7 +15,7 @@ LEAST_CONCENTRATION = 0.35  # mean resultant length of the phases of positions o
 LEAST_EVIDENCE = 40.0  # nats
 LEAST_SHARE = 0.3  # of the position's fast noise that rounding must account for, unless they keep to it exactly
 EXACT = 1e-3  # of a step: what positions are beside theirs at most, where they keep to it exactly
-LEAST_STEPS = 8  # different ones, before what they have in common says something
+LEAST_STEPS = 8  # different ones, or moves by one of them, before what they have in common says something
 BESIDE = 0.02  # of a step, less than which nothing lies beside the multiples
 PRINTED = 2e-5  # a decimal grid that is finer, relative to the largest position, is how the numbers were written
 
@@ -144,13 +144,18 @@ def _coarsest(tracks: list[np.ndarray], grid: QuantizationGrid) -> QuantizationG
 
     Where motion is slow, few positions are many steps from the last ones, and a part of the step passes for it.
     """
-    values = np.unique(np.concatenate(tracks))
-    steps = (values - values[0]) / grid.resolution
-    counts = np.unique(np.round(steps).astype(np.int64))
-    if np.abs(steps - np.round(steps)).max() > EXACT or len(counts) < LEAST_STEPS:
+    lowest = min(float(track.min()) for track in tracks)
+    steps = [(track - lowest) / grid.resolution for track in tracks]
+    counts = [np.round(each).astype(np.int64) for each in steps]
+    if max(np.abs(each - count).max() for each, count in zip(steps, counts, strict=True)) > EXACT:
         return grid
-    whole = int(np.gcd.reduce(counts)) * grid.resolution
-    return replace(grid, resolution=whole, offset=_beside(float(values[0]), whole))
+    different = np.unique(np.concatenate(counts))
+    common = int(np.gcd.reduce(different))
+    moves = sum(int((np.abs(np.diff(each)) == common).sum()) for each in counts)
+    if len(different) < LEAST_STEPS and (len(different) < 3 or moves < LEAST_STEPS):
+        return grid
+    whole = common * grid.resolution
+    return replace(grid, resolution=whole, offset=_beside(lowest, whole))
 
 
 def _beside(position: float, resolution: float) -> float:
