@@ -52,6 +52,10 @@ def test_render_train_evaluate_in_one_command(tmp_path, again):
     assert "not repeated" in again()
     assert {path: path.stat().st_mtime_ns for path in made} == made
 
+
+@pytest.mark.slow
+def test_a_gap_is_closed_with_networks_of_a_run(tmp_path, again):
+    again()
     networks = [f"close_gap.{kind}={folder_of(tmp_path, kind)}" for kind in ("translator", "policy")]
     small = ("close_gap.withheld=1", "close_gap.steps=2", "close_gap.policy_steps=2", "close_gap.grasps=4")
     log = again("close_gap", *small, "close_gap.sources=[camera]", "close_gap.draws=2", *networks)

@@ -7,6 +7,7 @@ import logging
 import re
 import sys
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any, TypeVar
 
 import hydra
@@ -78,7 +79,7 @@ def typed(cfg: DictConfig, schema: type[Schema], overrides: Sequence[str] = ()) 
     `overrides`: those that it was composed with, for what they take out of the schema's own mappings (~policies.NAME).
     """
     try:
-        merged = OmegaConf.merge(OmegaConf.structured(schema), cfg)
+        merged = OmegaConf.merge(_structured(schema), cfg)
         found = OmegaConf.to_object(merged)
     except OmegaConfBaseException as error:
         key = getattr(error, "full_key", None)
@@ -88,6 +89,13 @@ def typed(cfg: DictConfig, schema: type[Schema], overrides: Sequence[str] = ()) 
             _remove(found, override[1:].partition("=")[0])
     validate(found)
     return found  # type: ignore[return-value]
+
+
+@cache
+def _structured(schema: type[Any]) -> DictConfig:
+    """The schema as a configuration, which takes a sixth of the time that composing one does."""
+    structured: DictConfig = OmegaConf.structured(schema)
+    return structured
 
 
 def _remove(cfg: Any, key: str) -> None:

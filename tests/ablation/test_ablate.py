@@ -42,6 +42,25 @@ def exit_code(call, *arguments: str) -> int:
 
 
 @pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        (["ablation.variants=[perceptual_alon]"], "no variant 'perceptual_alon', did you mean 'perceptual_alone'?"),
+        (
+            [
+                "ablation.variants=[full,perceptual_alone]",
+                "ablation.policy=[bin-64]",
+                "+ablation.definitions.perceptual_alone.changes.network={look: 1}",
+            ],
+            "translate has no key 'network.look', did you mean 'looks'?",
+        ),
+    ],
+)
+def test_a_mistake_is_said_before_anything_is_rendered(run, capsys, tmp_path, changes, line) -> None:
+    assert exit_code(run, *changes) == 2
+    assert line in capsys.readouterr().err and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
     "variants",
     [
         ["full", "perceptual_alone"],
@@ -50,13 +69,6 @@ def exit_code(call, *arguments: str) -> int:
 )
 def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, caplog, capsys, variants) -> None:
     asked = f"ablation.variants=[{','.join(variants)}]"
-    assert exit_code(run, "ablation.variants=[perceptual_alon]") == 2
-    assert "no variant 'perceptual_alon', did you mean 'perceptual_alone'?" in capsys.readouterr().err
-
-    look = "+ablation.definitions.perceptual_alone.changes.network={look: 1}"
-    assert exit_code(run, asked, "ablation.policy=[bin-64]", look) == 2
-    assert "translate has no key 'network.look', did you mean 'looks'?" in capsys.readouterr().err
-
     step_of = Rcan.training_step
 
     def killed(self: Rcan, batch, step):

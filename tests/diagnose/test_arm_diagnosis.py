@@ -59,12 +59,15 @@ def test_an_effect_is_named_with_its_joint_and_the_report_replays_to_the_digit(t
     assert np.abs(moved - recording.position[0]).max() < 0.1 * np.abs(free_run(recording, {})[0, ..., 0] - moved).max()
 
 
-def test_a_constant_torque_is_named_where_it_explains_all_and_only_there():
+def test_a_constant_torque_is_named_where_it_explains_all():
     pulled = an_arm({"elbow": {"bias_torque": {"value": 0.4}}})
     report = diagnose_arm(pulled, QUICK).to_dict()
     assert [(each["joint"], each["name"]) for each in report["effects"]] == [("elbow", "bias_torque")]
     assert report["effects"][0]["parameters"]["value"]["value"] == pytest.approx(0.4, rel=0.02)
-    # With a friction that no name of this search is, something is left, and such a torque is no cause.
+
+
+@pytest.mark.slow
+def test_a_constant_torque_is_no_cause_where_a_friction_that_no_name_is_leaves_something():
     both = {"bias_torque": {"value": 0.4}, "stribeck_friction": {"static": 1.2, "velocity": 0.1}}
     left = diagnose_arm(an_arm({"elbow": both}), QUICK).to_dict()
     assert left["joints"]["elbow"]["verdict"] in ("partly_explained", "unexplained")
@@ -119,6 +122,7 @@ def test_an_encoder_that_is_off_is_found_over_all_joints_and_is_the_reference_in
     assert np.abs(moved - asked).mean() < 0.1 * np.abs(asked).mean()
 
 
+@pytest.mark.slow
 def test_two_joints_that_are_off_are_found_together_and_the_first_is_said_to_be_one_with_a_tilted_base():
     off = {"shoulder.position_offset": {"value": -0.06}, "elbow.position_offset": {"value": 0.08}}
     report = diagnose_arm(an_arm(whole=off), QUICK).to_dict()

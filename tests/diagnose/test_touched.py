@@ -75,6 +75,7 @@ def test_what_the_tip_touches_is_found_and_joints_are_not_blamed_for_it(tmp_path
     assert again["gap"]["before"] == report["gap"]["before"] and again["gap"]["after"] == report["gap"]["after"]
 
 
+@pytest.mark.slow
 def test_an_arm_that_touches_nothing_keeps_all_of_its_rows():
     report = diagnose_arm(over_a_table(0.0, damping=1.5)[0], QUICK).to_dict()
     assert "touches" not in report and "without" not in report["held_out"]

@@ -29,6 +29,7 @@ def test_a_translator_without_torch(tmp_path: Path) -> None:
     assert "| in | `images` | batch, 3, 64, 64 |" in card and "Known to fail" in card
 
 
+@pytest.mark.slow
 def test_a_policy_without_torch(tmp_path: Path) -> None:
     path = export_policy(ExportConfig("bin-64-student", str(tmp_path)))
     generator = torch.Generator().manual_seed(0)

@@ -49,15 +49,15 @@ def auc(path: Path) -> float:
 def test_it_gets_used_to_its_translator(teacher: Path, tmp_path: Path) -> None:
     before, after = (
         train_student(
-            replace(CFG, training=replace(CFG.training, learning_rate=rate)),
+            replace(CFG, training=replace(CFG.training, **learning)),
             INPUTS,
             teacher,
             teacher,
-            tmp_path / str(rate),
+            tmp_path / name,
             SEED,
             negative,
         )
-        for rate in (1e-9, 2e-3)
+        for name, learning in (("before", {"learning_rate": 1e-9, "max_steps": 1}), ("after", {}))
     )
     assert auc(after) > 0.85 > auc(before), (auc(after), auc(before))
     metrics = [checkpoint.load(path, "q_function").training["metrics"] for path in (after, before)]

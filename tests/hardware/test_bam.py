@@ -54,12 +54,13 @@ def test_it_swings_as_our_simulator_does_under_dry_friction(gears):
 def test_friction_that_grows_with_load_is_found_by_the_model_that_has_it(monkeypatch):
     recording, p = pendulum("M3", coulomb=0.05, viscous=0.05, back_emf=0.6, motor=0.3)
     assert max(bam.errors(bam.logs_of(recording), p)) < 1e-12
-    monkeypatch.setattr(bam, "RUNS", 3000)
+    monkeypatch.setattr(bam, "RUNS", 1500)
     seen, unseen = split(recording, [0, 1]), split(recording, [2])
     (m1,), (m3,) = (bam.errors(bam.logs_of(unseen), bam.fit(model, seen)) for model in ("M1", "M3"))
     assert m3 < 1e-3 < 5e-3 < m1
 
 
+@pytest.mark.slow
 def test_gears_that_the_load_presses_are_what_the_diagnosis_names():
     recording, _ = pendulum("M5", 1e-4, coulomb=0.1, viscous=0.05, back_emf=0.6, external=0.25)
     noise = 2e-4 * np.random.default_rng(0).standard_normal(recording.position.shape)

@@ -140,6 +140,7 @@ def shaken(pictures: torch.Tensor) -> torch.Tensor:
     return F.grid_sample(pictures, grid, mode="bicubic", padding_mode="border", align_corners=False)
 
 
+@pytest.mark.slow
 def test_frames_that_shake_are_not_blurred() -> None:
     """Pixel by pixel a blur is less wrong of them; but they are as sharp as without, wherever one looks."""
     field = torch.randn(MANY, 3, SIZE, SIZE, generator=torch.Generator().manual_seed(3))

@@ -190,6 +190,7 @@ def test_air_drag_that_few_poses_show_is_neither_no_gap_nor_rolling_friction():
     assert report.verdict == "unexplained" and not report.effects
 
 
+@pytest.mark.slow
 def test_a_stand_in_asks_for_another_value_in_one_half_of_the_windows():
     """A floor that is slick on one side is no friction of all of it, though that explains what little is left."""
     first = toss(12, 3)
@@ -275,25 +276,32 @@ def test_a_fit_that_leaves_much_is_tried_from_farther_away():
     assert found["restitution"]["value"] == pytest.approx(0.05, abs=5e-3)  # 0.041 where a fit ends where it stops
 
 
-def test_an_interval_beside_something_unknown_holds_what_other_tosses_say():
-    """A cube whose sides are 4 % off, and a drag: each fit is sure of its own optimum, which is that of its tosses."""
-    truth = {name: {"value": value} for name, value in (("restitution", 0.3), ("lateral_friction", 0.3))}
-    rounded = truth | {"corner_radius": {"value": 0.006}}
-    thrown = simulate(pack(NOMINAL, rounded)[None], box((0.052, 0.05, 0.048)), toss(12, 5), 90, DT, substeps=20)[0]
-    asked = (
-        ([*rounded], measured(thrown, (3e-5, 2e-4), 3), True),
-        (["lateral_friction"], slid(TossedBody(mass=0.37, friction=0.3, restitution=0.2, quadratic_drag=0.2)), True),
-        ([*truth], tossed(truth, 12)[0], False),
-    )
-    for names, recording, wider in asked:
-        case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
-        fit = case.fit(frozenset(names), range(12), None)
-        (low, high), (least, most) = (
-            each(fit)[names[0]]["value"] for each in (case.intervals, case.intervals_elsewhere)
-        )
-        assert least < 0.3 < most
-        assert (low < 0.3 < high) != wider
-        assert wider or most - least < 1.1 * (high - low)
+ROUND = {name: {"value": value} for name, value in (("restitution", 0.3), ("lateral_friction", 0.3))}
+
+
+def of_a_cube_whose_sides_are_off():
+    rounded = pack(NOMINAL, ROUND | {"corner_radius": {"value": 0.006}})[None]
+    thrown = simulate(rounded, box((0.052, 0.05, 0.048)), toss(12, 5), 90, DT, substeps=20)[0]
+    return measured(thrown, (3e-5, 2e-4), 3)
+
+
+@pytest.mark.parametrize(
+    ("names", "recorded", "wider"),
+    [
+        pytest.param([*ROUND, "corner_radius"], of_a_cube_whose_sides_are_off, True, marks=pytest.mark.slow),
+        (["lateral_friction"], lambda: slid(TossedBody(0.37, 0.3, 0.2, quadratic_drag=0.2)), True),
+        ([*ROUND], lambda: tossed(ROUND, 12)[0], False),
+    ],
+    ids=["sides that are off", "drag", "nothing"],
+)
+def test_an_interval_beside_something_unknown_holds_what_other_tosses_say(names, recorded, wider):
+    """Each fit is sure of its own optimum, which is that of its tosses."""
+    case = ContactCase(recorded(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    fit = case.fit(frozenset(names), range(12), None)
+    (low, high), (least, most) = (each(fit)[names[0]]["value"] for each in (case.intervals, case.intervals_elsewhere))
+    assert least < 0.3 < most
+    assert (low < 0.3 < high) != wider
+    assert wider or most - least < 1.1 * (high - low)
 
 
 def test_an_interval_is_open_where_the_motion_bears_any_larger_value():

@@ -139,6 +139,7 @@ def test_a_servo_that_answers_to_how_fast_its_error_changes_is_told_from_one_tha
     assert found == pytest.approx(truth, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_gain_is_found_beside_a_stronger_effect_though_a_guessed_damping_does_most_of_its_work():
     truth = {"deadband": {"width": 0.0288}, "derivative_on_error": {"gain": 0.0189, "time_constant": 0.0072}}
     soft = {
@@ -173,6 +174,7 @@ def test_one_gain_is_named_rather_than_a_damping_and_a_limit_that_make_up_for_it
     assert report.effects[0].parameters["value"].value == pytest.approx(0.215, rel=0.01)
 
 
+@pytest.mark.slow
 def test_two_effects_are_named_rather_than_three_that_make_up_for_them():
     truth = {"derivative_gain": {"value": 0.12}, "asymmetric_friction": {"coulomb": 0.03, "viscous": 0.02}}
     nominal = {**NOMINAL, "derivative_gain": 0.23, "command_limit": 3.2}

@@ -23,7 +23,9 @@ def test_a_latency_is_no_lag_of_the_drive() -> None:
     assert report.verdict == "explained" and [effect.name for effect in report.effects] == ["latency"]
 
 
-@pytest.mark.parametrize("named", [{"load_dependent_friction": {"coefficient": 0.2}}, {}])
+@pytest.mark.parametrize(
+    "named", [pytest.param({"load_dependent_friction": {"coefficient": 0.2}}, marks=pytest.mark.slow), {}]
+)
 def test_a_friction_has_its_name_beside_knocks_and_knocks_have_none(named) -> None:
     command, drawn = steps(5, 400), np.random.default_rng(4)
     knocks = np.where(drawn.random(command.shape) < 0.02, drawn.normal(size=command.shape), 0.0)

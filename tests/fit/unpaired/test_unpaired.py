@@ -40,10 +40,9 @@ def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:
 
 
 def test_different_scenes_are_no_gap() -> None:
-    for seed in (1, 2):
-        result = diagnosed(recording({}, seed))
-        assert result["verdict"] == "no_gap" and result["effects"] == []
-        assert result["gap"]["before"] == pytest.approx(result["gap"]["floor"], rel=0.05)
+    result = diagnosed(recording({}, 1))
+    assert result["verdict"] == "no_gap" and result["effects"] == []
+    assert result["gap"]["before"] == pytest.approx(result["gap"]["floor"], rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -52,8 +51,8 @@ def test_different_scenes_are_no_gap() -> None:
         ("defocus_blur", {"radius": 1.8}, {"frequency"}),
         ("read_noise", {"sigma": 0.02}, {"brightness"}),
         ("white_balance", {"red": 1.2, "blue": 0.85}, {"channel", "brightness"}),
-        ("vignetting", {"strength": 0.6}, {"region"}),
-        ("jpeg_compression", {"quality": 40.0}, {"frequency", "brightness", ""}),
+        pytest.param("vignetting", {"strength": 0.6}, {"region"}, marks=pytest.mark.slow),
+        pytest.param("jpeg_compression", {"quality": 40.0}, {"frequency", "brightness", ""}, marks=pytest.mark.slow),
     ],
 )
 def test_names_one_effect_its_size_and_its_place(name: str, values: dict[str, float], axes: set[str]) -> None:
@@ -89,6 +88,7 @@ def test_is_silent_about_what_needs_pairs() -> None:
     assert "white_balance" in case_of(of(sim, real, grey=True)).not_excited
 
 
+@pytest.mark.slow
 def test_a_tone_that_no_effect_gives_stays_without_a_name() -> None:
     sim, real = scenes(16, 0), scenes(16, 1)
     posterized = real + 0.12 * np.sin(4 * np.pi * real)
@@ -114,8 +114,8 @@ def test_withheld_blur_is_unknown_or_its_twin() -> None:
 
 
 def test_twice_the_same() -> None:
-    pictures = recording({"shot_noise": {"full_well": 300.0}}, 7, count=8)
-    first, second = (case_of(pictures).fit(frozenset({"shot_noise"}), range(8), None) for _ in range(2))
+    pictures = recording({"shot_noise": {"full_well": 300.0}}, 7, count=3)
+    first, second = (case_of(pictures).fit(frozenset({"shot_noise"}), range(3), None) for _ in range(2))
     assert first == second
 
 
