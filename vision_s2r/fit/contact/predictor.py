@@ -77,28 +77,36 @@ class Predictor(Residuals[ContactSpace]):
         """Whitened residuals [C, R, 6·ORDERS, 1] of points [C, D]; of a machine asked for again, as they were."""
         index, terms = np.asarray(rows), space.terms.array().tobytes()
         keys = [row.tobytes() + terms for row in space.machines(points)]
-        found = [self._of(space, point, key, index) for point, key in zip(points, keys, strict=True)]
-        return np.stack(found)[..., None]
-
-    def _of(self, space: ContactSpace, point: np.ndarray, machine: bytes, index: np.ndarray) -> np.ndarray:
-        """Whitened residuals [R, 6·ORDERS] of one machine, run in those rows in which it has not been."""
         count, size = self.inside.shape
-        kept, done = self._known.pop(machine, (np.zeros((count, size)), np.zeros(count, dtype=bool)))
-        missing = index[~done[index]]
-        if len(missing):
-            kept, done = kept.copy(), done.copy()  # another thread may be reading
-            windows = len(self.whiten)
-            short, long = missing[missing < windows], missing[missing >= windows]
-            raw = self.differences(space, point[None], short)[0].reshape(len(short), self.whiten.shape[1])
-            kept[short, : raw.shape[1]] = np.einsum("wij,wj->wi", self.whiten[short], raw)
-            if len(long):
-                seen = self.seen(space, point, long - windows, self.stretches.first[long - windows])
-                kept[long] = np.einsum("sij,sj->si", self.sieve[long - windows], seen)
-            done[missing] = True
-        self._known[machine] = kept, done
-        while len(self._known) > REMEMBERED:
+        known = {
+            key: self._known.pop(key, (np.zeros((count, size)), np.zeros(count, dtype=bool)))
+            for key in dict.fromkeys(keys)
+        }
+        lacking = [key for key, (_, done) in known.items() if not done[index].all()]
+        if lacking:  # machines side by side take less than one after the other
+            missing = index[~np.all([known[key][1][index] for key in lacking], axis=0)]
+            found = self._run_anew(space, points[[keys.index(key) for key in lacking]], missing)
+            for key, residuals in zip(lacking, found, strict=True):
+                kept, done = (each.copy() for each in known[key])  # another thread may be reading
+                kept[missing], done[missing] = residuals, True
+                known[key] = kept, done
+        self._known.update(known)
+        while len(self._known) > max(REMEMBERED, len(known)):
             self._known.popitem(last=False)
-        return kept[index]
+        return np.stack([known[key][0][index] for key in keys])[..., None]
+
+    def _run_anew(self, space: ContactSpace, points: np.ndarray, index: np.ndarray) -> np.ndarray:
+        """Whitened residuals [C, R, 6·ORDERS] of machines in these rows."""
+        windows = len(self.whiten)
+        out = np.zeros((len(points), len(index), self.inside.shape[1]))
+        of_window = index < windows
+        short, long = index[of_window], index[~of_window] - windows
+        raw = self.differences(space, points, short).reshape(len(points), len(short), -1)
+        out[:, of_window, : raw.shape[2]] = np.einsum("wij,cwj->cwi", self.whiten[short], raw)
+        if len(long):
+            seen = self.seen(space, points, long, self.stretches.first[long])
+            out[:, ~of_window] = np.einsum("sij,csj->csi", self.sieve[long], seen)
+        return out
 
     def differences(self, space: ContactSpace, points: np.ndarray, index: np.ndarray, finer: int = 1) -> np.ndarray:
         """Measured less predicted poses [C, W, H, 6]."""
@@ -106,23 +114,23 @@ class Predictor(Residuals[ContactSpace]):
         return difference(self.windows.measured[index], states)
 
     def seen(
-        self, space: ContactSpace, point: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1
+        self, space: ContactSpace, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1
     ) -> np.ndarray:
-        """Polynomials [S, ORDERS·6] of measured less predicted poses of stretches, from first states [S, 13].
+        """Polynomials [C, S, ORDERS·6] of measured less predicted poses of stretches, from first states [S, 13].
 
         In units of the noise of poses.
         """
         of = self.stretches.some(index)
-        out = np.zeros((len(index), ORDERS, 6))
+        out = np.zeros((len(points), len(index), ORDERS, 6))
         left = np.argsort(of.count, kind="stable")
         while len(left):
             alike = left[of.count[left] <= SIMILAR * of.count[left[0]]]
             left = left[len(alike) :]
             longest = int(of.count[alike].max())
-            states = self._states(space, point[None], first[alike], of.sample[alike], longest, finer)[0]
+            states = self._states(space, points, first[alike], of.sample[alike], longest, finer)
             apart = difference(of.measured[alike, :longest], np.nan_to_num(states))
-            out[alike] = of.basis[alike, :, :longest] @ apart
-        return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(index), -1))
+            out[:, alike] = of.basis[alike, :, :longest] @ apart
+        return np.asarray((out / np.repeat(self.track.states.noise, 3)).reshape(len(points), len(index), -1))
 
     def run(
         self, space: ContactSpace, points: np.ndarray, index: np.ndarray, first: np.ndarray, finer: int = 1
@@ -170,12 +178,12 @@ class Predictor(Residuals[ContactSpace]):
             return self.sieve
 
         def changed(first: np.ndarray, finer: int = 1) -> np.ndarray:
-            return plainly - self.seen(space, point, index, first, finer)
+            return np.asarray(plainly - self.seen(space, point[None], index, first, finer)[0])
 
         def moved(by: np.ndarray) -> np.ndarray:
             return changed(_displaced(of.first, by * np.repeat(of.sigma, 3, axis=1)))
 
-        plainly = self.seen(space, point, index, of.first)
+        plainly = self.seen(space, point[None], index, of.first)[0]
         linear = _to_first_order(moved, len(index))
         rest = _beyond(moved, linear, DRAWS // 2)
         step = changed(of.first, FINER)[..., None]
