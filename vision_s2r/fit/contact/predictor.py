@@ -101,8 +101,9 @@ class Predictor(Residuals[ContactSpace]):
         out = np.zeros((len(points), len(index), self.inside.shape[1]))
         of_window = index < windows
         short, long = index[of_window], index[~of_window] - windows
-        raw = self.differences(space, points, short).reshape(len(points), len(short), -1)
-        out[:, of_window, : raw.shape[2]] = np.einsum("wij,cwj->cwi", self.whiten[short], raw)
+        width = self.whiten.shape[1]
+        raw = self.differences(space, points, short).reshape(len(points), len(short), width)
+        out[:, of_window, :width] = np.einsum("wij,cwj->cwi", self.whiten[short], raw)
         if len(long):
             seen = self.seen(space, points, long, self.stretches.first[long])
             out[:, ~of_window] = np.einsum("sij,csj->csi", self.sieve[long], seen)
