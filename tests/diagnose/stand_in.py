@@ -140,6 +140,10 @@ class Curves:
         """Whether it was said to be."""
         return name in self.contradictory
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: nothing moves."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         return {n: {"size": (v["size"] - self.reach, v["size"] + self.reach)} for n, v in hypothesis.values.items()}
 

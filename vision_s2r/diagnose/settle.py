@@ -69,7 +69,7 @@ def _partial(assessor: Assessor, found: Found) -> str | None:
 
 
 def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
-    """Names that close too little of the gap, are of noise, may be as they were, or vague; and which may stay.
+    """Names that close too little of the gap, are of noise, may be as they were, vague or wavering; and which may stay.
 
     Those stay in the simulator without being named: nominal parameters, and where something is left an effect that
     takes much of that away.
@@ -84,8 +84,10 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         vague = is_open(found) and case.guessed and not is_known(case, found.final, name)
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
-        if little or vanishing:
-            helps = is_open(found) and bool(case.refitted or assessor.cfg.plain) and not (firm or vanishing)
+        wavering = is_open(found) and case.wavers(settled.source(name)[1], name)
+        if little or vanishing or wavering:
+            stays = wavering or not (firm or vanishing)  # as large as it is on average
+            helps = is_open(found) and bool(case.refitted or assessor.cfg.plain) and stays
             weak[name] = name in case.refitted or name in case.measured or helps
     return weak
 

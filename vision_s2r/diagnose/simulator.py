@@ -46,7 +46,7 @@ def simulator_at_end(case: Case, assessor: Assessor, found: Found, firm: Names) 
         return nominal
     best = simulator_of(case, assessor, found.final, found.final.names - found.unknown - firm)
     if is_open(found):
-        effects = found.effects - firm
+        effects = best.names - case.refitted  # some may have no name
         identified = _identified(case, assessor, found)
         anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
         best = _better(simulator_of(case, assessor, anew, anew.names), best)

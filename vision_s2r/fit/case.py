@@ -187,6 +187,10 @@ class Case(Protocol):
         """Whether parts of the recording ask for other sizes of it, as of no true one even where all is explained."""
         ...
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether most of what is left is what it does, at sizes that differ from instant to instant."""
+        ...
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter of `values`, from all segments, honest where residuals depend on each other."""
         ...

@@ -35,3 +35,15 @@ def test_a_friction_has_its_name_beside_knocks_and_knocks_have_none(named) -> No
     found = {effect.name: {key: value.value for key, value in effect.parameters.items()} for effect in report.effects}
     assert found == {name: pytest.approx(values, rel=0.1) for name, values in named.items()}
     assert any("torques of their own instants" in each for each in report.unexplained.resembles) == bool(named)
+
+
+def test_a_sensor_whose_delay_wanders_is_no_latency() -> None:
+    """Though a latency as long as the mean does most of its work, and stays in the simulator."""
+    log = a_log({}, steps(5, 400), (1e-4, 2e-3))
+    seconds = np.arange(400) * log.sample_time
+    seen = seconds - 0.02 * (1 + np.sin(2 * np.pi * seconds / 1.5))
+    late = [np.array([np.interp(seen, seconds, row) for row in each]) for each in (log.position, log.velocity)]
+    report = diagnose(replace(log, position=late[0], velocity=late[1]))
+    assert not report.effects and report.verdict == "unexplained" and report.gap.shrink > 0.3
+    assert "latency" in {each.name for each in report.refitted}
+    assert "latency of another size from instant to instant" in report.unexplained.resembles

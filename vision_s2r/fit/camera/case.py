@@ -161,6 +161,10 @@ class CameraCase:
         """Whether parts of the pictures ask for another size of it, even where no more than noise is left."""
         return self._doubts.contradicted(hypothesis, name)
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: pictures are of one instant."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter, from how frames differ."""
         return self._uncertainty.intervals(hypothesis)

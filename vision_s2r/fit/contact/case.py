@@ -195,6 +195,10 @@ class ContactCase:
         contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
         return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: tosses are too short to tell."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}

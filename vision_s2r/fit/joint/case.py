@@ -39,6 +39,7 @@ STILL = "its target never moves"
 NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
+ALONG = 0.6  # of what is left lies along an effect that is not of one size
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
@@ -88,6 +89,7 @@ class JointCase:
         self._disturbed: SmoothUnknown | None = None
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.BlockScores] = {}
+        self._linear: dict[str, uncertainty.Linear] = {}
 
     def _begin(self, look: FirstLook) -> None:
         """What a first look found, and what is made of it."""
@@ -270,6 +272,13 @@ class JointCase:
         """No: what is explained is not asked again."""
         return False
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Of its steadiest parameter, and of windows of a few samples."""
+        if name == "encoder_quantization":
+            return False
+        share, apart = uncertainty.waver(self._linearized(hypothesis), name, self.track.segment)
+        return share > ALONG and apart > INCONSTANT
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
         return self._intervals(hypothesis, self.scores(hypothesis)) if hypothesis.values else {}
@@ -282,8 +291,8 @@ class JointCase:
         """`scores` that are as sure as another motion leaves them where the hypothesis lacks something."""
         key = "elsewhere", repr(hypothesis)
         if key not in self._scores:
-            scores, here = self.scores(hypothesis), uncertainty.linear(self._fitter, hypothesis)
-            more = scatter(scores, here, self.samples(hypothesis).axes, self.track.segment >= 0)
+            scores, axes = self.scores(hypothesis), self.samples(hypothesis).axes
+            more = scatter(scores, self._linearized(hypothesis), axes, self.track.segment >= 0)
             with self._lock:
                 self._scores[key] = replace(scores, elsewhere=more)
         return self._scores[key]
@@ -298,10 +307,18 @@ class JointCase:
         """Curvature and slope of the fit that this hypothesis is."""
         key = repr(hypothesis)
         if key not in self._scores:
-            found = uncertainty.scores(self._fitter, hypothesis)
+            found = uncertainty.scores(self._fitter, hypothesis, self._linearized(hypothesis))
             with self._lock:
                 self._scores[key] = found
         return self._scores[key]
+
+    def _linearized(self, hypothesis: Hypothesis) -> uncertainty.Linear:
+        key = repr(hypothesis)
+        if key not in self._linear:
+            found = uncertainty.linear(self._fitter, hypothesis)
+            with self._lock:
+                self._linear[key] = found
+        return self._linear[key]
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next, for the drive that it has: what a servo alone can show is asked of servos."""
@@ -316,11 +333,17 @@ class JointCase:
 
     def symptoms(self, hypothesis: Hypothesis, final: Hypothesis = NOMINAL) -> list[str]:
         """What a joint does that no function of the search shows, in words: `final` is the search's end."""
+        effects = sorted(hypothesis.values.keys() - self.refitted)
+        unsteady = [
+            f"{name.replace('_', ' ')} of another size from instant to instant"
+            for name in effects
+            if self.wavers(hypothesis, name)
+        ]
         if not self.recording.servo:
-            return [INSTANTS] * (DISTURBANCE in final.extra)
+            return unsteady + [INSTANTS] * (DISTURBANCE in final.extra)
         simulated = _free_run(self.recording, hypothesis)[..., 0]
         found = stick_slip(self.recording, simulated, self._grid.resolution if self._grid else 0.0)
-        return [found.described(gap_metric(self.recording)[1])] if found else []
+        return unsteady + ([found.described(gap_metric(self.recording)[1])] if found else [])
 
     def _describe(self) -> str:
         if self.track.servo:

@@ -21,6 +21,7 @@ from vision_s2r.fit.likelihood import NU, influence
 from vision_s2r.fit.selection import SCALE
 
 BLOCK = 100  # samples
+WINDOW = 20  # samples, in which the size of an effect is looked at by itself
 FINER = 4  # times the integrator's steps, for what its step size does to parameters
 # Both calibrated on simulated machines, so that 95 % of the intervals hold the truth: what the sandwich misses of the
 # residual's memory, and what another integrator makes of the same parameter, relative to it.
@@ -104,9 +105,9 @@ def linear(fitter: JointFitter, hypothesis: Hypothesis) -> Linear:
     return Linear(space, point, now, jacobian, scale, influence(now, scale) * data.weight[..., None])
 
 
-def scores(fitter: JointFitter, hypothesis: Hypothesis) -> BlockScores:
-    """Of a hypothesis, on all segments."""
-    track, observer, here = fitter.track, fitter.observer, linear(fitter, hypothesis)
+def scores(fitter: JointFitter, hypothesis: Hypothesis, here: Linear) -> BlockScores:
+    """Of a hypothesis, on all segments; `here` is what is `linear` of it."""
+    track, observer = fitter.track, fitter.observer
     space, point, scale = here.space, here.point, here.scale
     labels, segment = blocks(track.segment, BLOCK)
     inside = [labels == b for b in range(len(segment))]
@@ -223,6 +224,31 @@ def _to_machine(space: JointSpace) -> np.ndarray:
         if c.above is not None and INDEX[c.above] in columns:
             matrix[k, columns[INDEX[c.above]]] = 1.0
     return matrix
+
+
+def waver(here: Linear, name: str, segment: np.ndarray) -> tuple[float, float]:
+    """Of what is left, the share that lies along a name, window by window; and how far its sizes there lie apart.
+
+    Relative to itself; both of its steadiest parameter. `segment` [E, T] is negative beyond the end.
+    """
+    own = [k for k, owner in enumerate(here.space.owner) if owner == name]
+    labels, windows = blocks(segment, WINDOW)
+    within = labels[labels >= 0]
+
+    def of_windows(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+        return np.bincount(within, (here.push * a * b).sum(axis=-1)[labels >= 0], len(windows))
+
+    left, found = float(of_windows(here.now, here.now).sum()), []
+    for k in own:
+        slope = here.jacobian[k]
+        info, step = of_windows(slope, slope), of_windows(slope, here.now)
+        size = np.divide(step, info, out=np.zeros_like(step), where=info > 0)
+        share = float(size @ step) / max(left, 1e-300)
+        mean = float(step.sum()) / max(float(info.sum()), 1e-300)
+        apart = np.sqrt(float(info @ (size - mean) ** 2) / max(float(info.sum()), 1e-300))
+        found.append((apart / (1.0 if here.space.coordinates[k].log else max(abs(here.point[k]), 1e-300)), share))
+    apart, share = min(found)
+    return share, apart
 
 
 def spread(of: BlockScores, name: str) -> float:

@@ -200,6 +200,10 @@ class UnpairedCase:
         """No: what is explained is not asked again."""
         return False
 
+    def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: pictures are of one instant."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))

@@ -68,6 +68,8 @@ class DriveModel(NamedTuple):
     switch_inertia: float = 0.0
     hysteresis: float = 0.0
     hysteresis_distance: float = 1.0
+    bristles: float = 0.0
+    bristles_velocity: float = 1.0
     ripple: float = 0.0
     ripple_order: float = 1.0
     fade: float = 0.0
@@ -247,9 +249,15 @@ def _slope(t: float, y: State, current: float, direction: float, side: int, p: D
         mount_rate = _mount(y, motor if direction != 0 else 0.0, p)
         motor_rate -= mount_rate if direction != 0 else 0.0
         load_rate -= mount_rate if side == 0 or direction != 0 else 0.0
-    bent = (y[1] - abs(y[1]) * y[5]) / p.hysteresis_distance
+    bent = (y[1] - abs(y[1]) * y[5] / _bristles(y, p)) / p.hysteresis_distance
     filtered = (_error(y, current, p) - y[9]) / p.error_filter if p.error_rate_gain > 0 else 0.0
     return y[1], motor_rate, y[3], load_rate, drive_rate, bent, _remembered(y, p), y[8], mount_rate, filtered
+
+
+@njit(cache=True)
+def _bristles(y: State, p: DriveModel) -> float:
+    """How far bristles bend before they slip, which is farther where they are slow, over how far where they are fast."""
+    return 1 + p.bristles * np.exp(-((y[1] / p.bristles_velocity) ** 2)) if p.bristles > 0 else 1.0
 
 
 @njit(cache=True)

@@ -56,6 +56,17 @@ def _hysteresis(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> 
     return lambda x: {"hysteresis": 0.4 * x * scale.torque, "hysteresis_distance": distance}
 
 
+def _bristles(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """Surfaces touch by bristles, which bend before they slip (LuGre, Canudas de Wit et al. 1995)."""
+    distance, more, velocity = rng.uniform(0.01, 0.05), rng.uniform(0.5, 1.5), rng.uniform(0.2, 0.6)
+    return lambda x: {
+        "hysteresis": 0.4 * x * scale.torque,
+        "hysteresis_distance": distance,
+        "bristles": more,
+        "bristles_velocity": velocity,
+    }
+
+
 def _ripple(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
     order = float(rng.integers(3, 13))
     return lambda x: {"ripple": 0.8 * x, "ripple_order": order}
@@ -189,6 +200,31 @@ def _late_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], n
     return alter
 
 
+def _wandering_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """The sensor's delay swells and shrinks, as that of a bus that others use."""
+    period, phase = rng.uniform(2.0, 6.0), rng.uniform(0, 2 * np.pi)
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        t = np.arange(len(shown)) * SAMPLE_TIME
+        seen = t - 0.05 * x * (1 + np.sin(2 * np.pi * t / period + phase))
+        return np.stack([np.interp(seen, t, column) for column in shown.T], axis=1)
+
+    return alter
+
+
+def _lost_readings(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """Readings [T, 2] get lost in runs: the log has the last one."""
+    seed = int(rng.integers(2**31))
+
+    def alter(shown: np.ndarray) -> np.ndarray:
+        each = np.random.default_rng(seed)
+        lost = np.convolve(each.random(len(shown)) < 0.1 * x, np.ones(int(each.integers(2, 8))))[: len(shown)] > 0
+        lost[0] = False
+        return shown[np.maximum.accumulate(np.where(lost, 0, np.arange(len(shown))))]
+
+    return alter
+
+
 def _interpolation(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
     """An encoder interpolates badly between its lines: an error of each line's width, on position and rate [T, 2]."""
     lines = float(rng.integers(24, 65))
@@ -302,6 +338,9 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "slow_drive": UnknownEffect(command=_slow_drive),
         "loose_contact": UnknownEffect(command=_loose_contact),
         "uneven_scale": UnknownEffect(sensor=_uneven_scale),
+        "bristles": UnknownEffect(_bristles),
+        "wandering_sensor_delay": UnknownEffect(sensor=_wandering_sensor),
+        "lost_readings": UnknownEffect(sensor=_lost_readings),
     },
     "reporting": {
         "hysteresis": UnknownEffect(_hysteresis),
