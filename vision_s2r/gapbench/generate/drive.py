@@ -256,7 +256,7 @@ def _slope(t: float, y: State, current: float, direction: float, side: int, p: D
 
 @njit(cache=True)
 def _bristles(y: State, p: DriveModel) -> float:
-    """How far bristles bend before they slip, which is farther where they are slow, over how far where they are fast."""
+    """How far bristles bend before they slip, over how far where they are fast: the slower, the farther."""
     return 1 + p.bristles * np.exp(-((y[1] / p.bristles_velocity) ** 2)) if p.bristles > 0 else 1.0
 
 
