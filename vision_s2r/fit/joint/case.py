@@ -89,7 +89,7 @@ class JointCase:
         self._disturbed: SmoothUnknown | None = None
         self._lock = threading.Lock()
         self._scores: dict[object, uncertainty.BlockScores] = {}
-        self._linear: dict[str, uncertainty.Linear] = {}
+        self._linear: dict[str, uncertainty.Linear] = {}  # of the hypothesis that was asked for last: they are large
 
     def _begin(self, look: FirstLook) -> None:
         """What a first look found, and what is made of it."""
@@ -314,11 +314,9 @@ class JointCase:
 
     def _linearized(self, hypothesis: Hypothesis) -> uncertainty.Linear:
         key = repr(hypothesis)
-        if key not in self._linear:
-            found = uncertainty.linear(self._fitter, hypothesis)
-            with self._lock:
-                self._linear[key] = found
-        return self._linear[key]
+        found = self._linear.get(key) or uncertainty.linear(self._fitter, hypothesis)
+        self._linear = {key: found}
+        return found
 
     def experiment(self, rivals: Sequence[Hypothesis], not_excited: Sequence[str]) -> Experiment:
         """The recording to make next, for the drive that it has: what a servo alone can show is asked of servos."""
