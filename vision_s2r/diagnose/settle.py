@@ -81,7 +81,8 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         # Of a servo's gap, which shows in few stretches, a large share that may be nothing as soon is a stand-in's.
         doubtful = bool(case.guessed) and open_ended and share.ci[0] < LEAST_SHARE
         little = doubtful or (is_slight(share) and (firm or open_ended or not _needed(assessor, found, name)))
-        vague = is_open(found) and case.guessed and not is_known(case, found.final, name)
+        doubted = bool(case.guessed) or found.final.evidence is not None  # by what nobody knows, or by an unknown
+        vague = is_open(found) and doubted and not is_known(case, found.final, name)
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         vanishing = _of_noise(assessor, found, name, share) or vague or vain
         wavering = is_open(found) and case.wavers(settled.source(name)[1], name)

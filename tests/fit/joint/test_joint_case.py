@@ -17,10 +17,11 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.gapbench.generate import joint
 from vision_s2r.gapbench.generate.base import GeneratedMachine
 from vision_s2r.joint import DYNAMICS, Tables
-from vision_s2r.recording import read
+from vision_s2r.recording import JointRecording, read
 from vision_s2r.report.reading import diagnosed
 
 
@@ -138,12 +139,26 @@ def test_a_limit_that_few_samples_of_one_episode_reach_has_its_name() -> None:
     assert {effect.name for effect in report.effects} == {"torque_saturation", "load_dependent_friction"}
 
 
-def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_its_size() -> None:
+TRUTH = {"static": 0.06, "velocity": 0.4}
+
+
+def rubbing_under_drag() -> JointRecording:
     """A drag does all of a Stribeck friction's work over velocity; without it it has to be larger and bent."""
     speeds = np.linspace(-10.0, 10.0, 61)
     drag = Tables(velocity=(-10.0, 10.0, len(speeds))), -0.004 * speeds * np.abs(speeds)
-    truth = {"static": 0.06, "velocity": 0.4}
-    report = diagnose(a_log({"stribeck_friction": truth}, steps(5, 200), unknown=drag), DiagnoseConfig())
+    return a_log({"stribeck_friction": TRUTH}, steps(5, 200), unknown=drag)
+
+
+@pytest.mark.slow
+def test_an_effect_beside_something_unknown_has_no_name_where_nobody_knows_its_size(monkeypatch) -> None:
+    vague = dict.fromkeys(TRUTH, (1e-7, 1e7))
+    monkeypatch.setattr(JointCase, "intervals", lambda self, of: dict.fromkeys(of.values, vague))
+    report = diagnose(rubbing_under_drag(), DiagnoseConfig())
+    assert report.verdict == "unexplained" and not report.effects
+
+
+def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_its_size() -> None:
+    truth, report = TRUTH, diagnose(rubbing_under_drag(), DiagnoseConfig())
     (effect,) = report.effects
     assert report.verdict == "partly_explained" and effect.name == "stribeck_friction"
     assert {key: found.value for key, found in effect.parameters.items()} == pytest.approx(truth, rel=0.05)
