@@ -35,7 +35,7 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
         write(log(seed), tmp_path / "logs" / "axis" / name)
     write(log(2), tmp_path / "logs" / "alone" / "all")
     monkeypatch.setattr(hardware, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
-    monkeypatch.setattr(bam, "fit", lambda model, _: bam.packed(model, np.array([0.1] * len(bam.MODELS[model]))))
+    monkeypatch.setattr(bam, "fit", lambda model, _: bam.packed(model, np.full(len(bam.MODELS[model]), 0.1)))
     cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"))
     tables = {path.stem: json.loads(path.read_text()) for path in hardware.study(cfg)}
     rows = {row[0]: row for row in tables["hardware"]["rows"]}

@@ -2,7 +2,7 @@
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -63,6 +63,7 @@ class Coordinates(ABC):
 
     effects: list[str]
     owner: list[str]  # name that each coordinate belongs to
+    coordinates: Sequence[ParameterRange]  # of effects' parameters, which come first
     size: int
     low: np.ndarray
     high: np.ndarray
@@ -86,6 +87,10 @@ class Coordinates(ABC):
         squared = ((point - centre) / self.prior) ** 2
         tails = 1 / (1 + squared / (self.repeats * FREEDOM))
         return np.asarray(np.where(np.isnan(self.centre), 1.0, tails) * self.prior**-2.0)
+
+    def sizes(self, point: np.ndarray) -> np.ndarray:
+        """What changes of effects' coordinates [K] at a point are relative to: 1 for a logarithm."""
+        return np.array([1.0 if c.log else abs(at) for c, at in zip(self.coordinates, point, strict=False)])
 
     @abstractmethod
     def start(self, hypothesis: Hypothesis) -> np.ndarray:

@@ -39,8 +39,9 @@ def parameters(result: dict[str, Any], name: str) -> dict[str, Any]:
     return next(each["parameters"] for each in result["effects"] if each["name"] == name)
 
 
-def test_different_scenes_are_no_gap() -> None:
-    result = diagnosed(recording({}, 1))
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_different_scenes_are_no_gap(seed: int) -> None:
+    result = diagnosed(recording({}, seed))
     assert result["verdict"] == "no_gap" and result["effects"] == []
     assert result["gap"]["before"] == pytest.approx(result["gap"]["floor"], rel=0.05)
 

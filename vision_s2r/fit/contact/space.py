@@ -34,7 +34,7 @@ class ContactSpace(Coordinates):
 
     def __init__(self, names: frozenset[str], scales: ContactScales, terms: Mapping[str, Term]) -> None:
         self.effects = sorted(names - MEANINGS.keys(), key=lambda name: (name not in COEFFICIENTS, name))
-        self.coordinates = [
+        self.coordinates: list[ContactCoordinate] = [
             ContactCoordinate(effect=name, **vars(each.within(CONTACT_EFFECTS[name].parameter(each.parameter))))
             for name in self.effects
             for each in CONTACT_FITS[name].ranges(scales)
@@ -58,10 +58,6 @@ class ContactSpace(Coordinates):
     def of(self, effect: str) -> list[int]:
         """Which coordinates are this effect's parameters."""
         return [k for k, c in enumerate(self.coordinates) if c.effect == effect]
-
-    def sizes(self, point: np.ndarray) -> np.ndarray:
-        """What changes of effects' coordinates [K] at a point are relative to: 1 for a logarithm."""
-        return np.array([1.0 if c.log else abs(at) for c, at in zip(self.coordinates, point, strict=False)])
 
     def start(self, hypothesis: Hypothesis) -> np.ndarray:
         """The point [D] at this hypothesis; a coefficient that it has not is nominal. KeyError for others."""

@@ -274,8 +274,6 @@ class JointCase:
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
         """Of its steadiest parameter, and of windows of a few samples."""
-        if name == "encoder_quantization":
-            return False
         share, apart = uncertainty.waver(self._linearized(hypothesis), name, self.track.segment)
         return share > ALONG and apart > INCONSTANT
 

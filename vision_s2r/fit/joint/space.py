@@ -43,7 +43,7 @@ class JointSpace(Coordinates):
         self.track, self._grid = track, grid
         scales = track.scales
         self.effects = sorted((name for name in names if name not in DISCREPANCIES), key=_order)
-        self.coordinates = [
+        self.coordinates: list[JointCoordinate] = [
             JointCoordinate(effect=name, **vars(each.within(JOINT_EFFECTS[name].parameter(each.parameter))))
             for name in self.effects
             for each in JOINT_FITS[name].ranges(track, noise)

@@ -229,24 +229,26 @@ def _to_machine(space: JointSpace) -> np.ndarray:
 def waver(here: Linear, name: str, segment: np.ndarray) -> tuple[float, float]:
     """Of what is left, the share that lies along a name, window by window; and how far its sizes there lie apart.
 
-    Relative to itself; both of its steadiest parameter. `segment` [E, T] is negative beyond the end.
+    Relative to itself; both of its steadiest parameter, 0 of a name without any. `segment` [E, T] is negative beyond
+    the end.
     """
     own = [k for k, owner in enumerate(here.space.owner) if owner == name]
+    if not own:
+        return 0.0, 0.0
     labels, windows = blocks(segment, WINDOW)
     within = labels[labels >= 0]
 
     def of_windows(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.bincount(within, (here.push * a * b).sum(axis=-1)[labels >= 0], len(windows))
 
-    left, found = float(of_windows(here.now, here.now).sum()), []
+    left, sizes, found = float(of_windows(here.now, here.now).sum()), here.space.sizes(here.point), []
     for k in own:
         slope = here.jacobian[k]
         info, step = of_windows(slope, slope), of_windows(slope, here.now)
         size = np.divide(step, info, out=np.zeros_like(step), where=info > 0)
-        share = float(size @ step) / max(left, 1e-300)
-        mean = float(step.sum()) / max(float(info.sum()), 1e-300)
-        apart = np.sqrt(float(info @ (size - mean) ** 2) / max(float(info.sum()), 1e-300))
-        found.append((apart / (1.0 if here.space.coordinates[k].log else max(abs(here.point[k]), 1e-300)), share))
+        whole = max(float(info.sum()), 1e-300)
+        apart = np.sqrt(float(info @ (size - float(step.sum()) / whole) ** 2) / whole)
+        found.append((float(apart) / max(float(sizes[k]), 1e-300), float(size @ step) / max(left, 1e-300)))
     apart, share = min(found)
     return share, apart
 
@@ -272,5 +274,5 @@ def spread(of: BlockScores, name: str) -> float:
     weight = info / np.maximum(info.sum(axis=0), 1e-300)
     mean = (weight * step).sum(axis=0)
     variance = (weight * ((step - mean) ** 2 - 1 / np.maximum(info, 1e-300))).sum(axis=0)
-    size = np.array([1.0 if c.log else abs(of.point[k]) for k, c in enumerate(of.space.coordinates)] + [np.inf] * 99)
+    size = np.concatenate([of.space.sizes(of.point), np.full(99, np.inf)])
     return float(np.min(np.sqrt(np.maximum(variance, 0.0)) / np.maximum(size[own], 1e-300)))

@@ -150,6 +150,24 @@ def _nothing(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Fam
     return family
 
 
+def _kept(values: np.ndarray, lost: np.ndarray) -> np.ndarray:
+    """Values [T, …], in place of those that are lost [T] the last that is not; the first never is."""
+    return values[np.maximum.accumulate(np.where(lost, 0, np.arange(len(values))))]
+
+
+def _late(shown: np.ndarray, delay: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    """Readings [T, 2] as they were a delay (s) before, which depends on the time (s) since the episode began."""
+    t = np.arange(len(shown)) * SAMPLE_TIME
+    return np.stack([np.interp(t - delay(t), t, column) for column in shown.T], axis=1)
+
+
+def _runs(count: int, often: float, lengths: tuple[int, int], seed: int) -> np.ndarray:
+    """Whether samples [count] are in a run; such a share of samples begins one, of a length that is drawn once."""
+    each = np.random.default_rng(seed)
+    begun = each.random(count) < often
+    return np.asarray(np.convolve(begun, np.ones(int(each.integers(*lengths))))[:count] > 0)
+
+
 def _slew(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
     """The drive follows its command [T] at a limited rate, here in shares of the command's range a sample."""
 
@@ -170,9 +188,7 @@ def _dropped(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], np.nd
     seed = int(rng.integers(2**31))
 
     def alter(command: np.ndarray) -> np.ndarray:
-        lost = np.random.default_rng(seed).random(len(command)) < 0.8 * x
-        lost[0] = False
-        return command[np.maximum.accumulate(np.where(lost, 0, np.arange(len(command))))]
+        return _kept(command, np.random.default_rng(seed).random(len(command)) < 0.8 * x)
 
     return alter
 
@@ -193,9 +209,7 @@ def _late_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarray], n
     """The sensor's delay grows from nothing over the episode."""
 
     def alter(shown: np.ndarray) -> np.ndarray:
-        t = np.arange(len(shown)) * SAMPLE_TIME
-        seen = t - 0.1 * x * t / t[-1]
-        return np.stack([np.interp(seen, t, column) for column in shown.T], axis=1)
+        return _late(shown, lambda t: 0.1 * x * t / t[-1])
 
     return alter
 
@@ -205,9 +219,7 @@ def _wandering_sensor(x: float, rng: np.random.Generator) -> Callable[[np.ndarra
     period, phase = rng.uniform(2.0, 6.0), rng.uniform(0, 2 * np.pi)
 
     def alter(shown: np.ndarray) -> np.ndarray:
-        t = np.arange(len(shown)) * SAMPLE_TIME
-        seen = t - 0.05 * x * (1 + np.sin(2 * np.pi * t / period + phase))
-        return np.stack([np.interp(seen, t, column) for column in shown.T], axis=1)
+        return _late(shown, lambda t: 0.05 * x * (1 + np.sin(2 * np.pi * t / period + phase)))
 
     return alter
 
@@ -217,10 +229,7 @@ def _lost_readings(x: float, rng: np.random.Generator) -> Callable[[np.ndarray],
     seed = int(rng.integers(2**31))
 
     def alter(shown: np.ndarray) -> np.ndarray:
-        each = np.random.default_rng(seed)
-        lost = np.convolve(each.random(len(shown)) < 0.1 * x, np.ones(int(each.integers(2, 8))))[: len(shown)] > 0
-        lost[0] = False
-        return shown[np.maximum.accumulate(np.where(lost, 0, np.arange(len(shown))))]
+        return _kept(shown, _runs(len(shown), 0.1 * x, (2, 8), seed))
 
     return alter
 
@@ -285,9 +294,7 @@ def _loose_contact(x: float, rng: np.random.Generator) -> Callable[[np.ndarray],
     seed = int(rng.integers(2**31))
 
     def alter(command: np.ndarray) -> np.ndarray:
-        each = np.random.default_rng(seed)
-        opened = np.convolve(each.random(len(command)) < 0.06 * x, np.ones(int(each.integers(3, 12))))
-        return np.where(opened[: len(command)] > 0, 0.0, command)
+        return np.where(_runs(len(command), 0.06 * x, (3, 12), seed), 0.0, command)
 
     return alter
 
