@@ -1,1 +1,8 @@
-"""Here so that this folder is on the path of every test: makers of recordings are shared."""
+"""Makers of recordings are shared: with this file here its folder is on the path of every test."""
+
+import gc
+
+
+def pytest_collection_finish() -> None:
+    """What was imported stays, and need not be looked through for garbage again and again."""
+    gc.freeze()

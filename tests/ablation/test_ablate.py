@@ -60,12 +60,9 @@ def test_a_mistake_is_said_before_anything_is_rendered(run, capsys, tmp_path, ch
     assert line in capsys.readouterr().err and not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
-    "variants",
-    [
-        ["full", "perceptual_alone"],
-        pytest.param(["full", "perceptual_alone", "rl_cyclegan", "no_cycle"], marks=pytest.mark.slow),
-    ],
+    "variants", [["full", "perceptual_alone"], ["full", "perceptual_alone", "rl_cyclegan", "no_cycle"]]
 )
 def test_variants_are_trained_compared_resumed_and_not_repeated(run, monkeypatch, caplog, capsys, variants) -> None:
     asked = f"ablation.variants=[{','.join(variants)}]"

@@ -61,6 +61,7 @@ def test_a_policy_trained_with_what_a_log_shows_transfers_and_one_trained_with_t
     assert worse["analytic"] > 2 and worse["named"] < 1.1
 
 
+@pytest.mark.slow
 def test_a_log_is_a_recording_from_which_the_effects_of_the_motor_can_be_told():
     cfg = drive(**QUIET)
     recording = as_recording(cfg, logged(cfg, 3, 0))

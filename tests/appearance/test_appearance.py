@@ -168,6 +168,7 @@ def test_how_well_the_renderer_s_light_is_known_is_in_the_intervals_of_another()
     assert 0.03 < high - low < 0.2
 
 
+@pytest.mark.slow
 def test_surfaces_that_meet_in_a_pixel_or_bend_do_not_brighten_the_renderer_s_light() -> None:
     found = []
     for seed in range(3):

@@ -35,6 +35,7 @@ def patched(recording):
     return model
 
 
+@pytest.mark.slow
 def test_beside_mujoco_they_make_the_free_run_that_a_report_speaks_of():
     recording = an_arm(FOUND, seconds=3.0, episodes=1)
     model = patched(recording)

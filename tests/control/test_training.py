@@ -52,6 +52,7 @@ def debug(out, *overrides):
     return compose(ControlConfig, "control", ["control=debug", f"out={out}", *overrides])
 
 
+@pytest.mark.slow
 def test_a_policy_learns_to_hold_speeds_on_joints_it_is_not_told_of(tmp_path):
     task, hold = ControlTaskConfig(), ControlTrainingConfig(envs=64, steps=250_000, batch=1000)
     policy = Policy.load(train(task, NOMINAL, DrawnMachines(BOX), 4, hold, tmp_path, 0), task)

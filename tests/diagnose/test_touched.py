@@ -51,6 +51,7 @@ def over_a_table(height: float, damping: float = 1.0) -> tuple[ArmRecording, np.
     return replace(recording, joints=joints), touching
 
 
+@pytest.mark.slow
 def test_what_the_tip_touches_is_found_and_joints_are_not_blamed_for_it(tmp_path):
     recording, touching = over_a_table(0.85, damping=1.5)
     assert 0.05 < touching.mean() < 0.4

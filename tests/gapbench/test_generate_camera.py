@@ -144,7 +144,13 @@ def test_tuning_and_reporting_know_other_unknown_effects() -> None:
     assert not ((tuning | reporting) & set(EFFECTS))
 
 
-@pytest.mark.parametrize("case", [case for case in camera.CASES if case != "sensor"])
+FAST = ("null", "single", "pair", "unknown", "known_unknown")
+
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=() if case in FAST else pytest.mark.slow) for case in camera.CASES if case != "sensor"],
+)
 def test_a_generated_camera(case: str, tmp_path: Path) -> None:
     machine = camera.machine(case, 3, "tuning", np.random.default_rng(5))
     machine.write(tmp_path)

@@ -111,6 +111,7 @@ def test_a_gap_is_there_when_the_answer_says_so() -> None:
         assert answer.severity > 1.2 and len(answer.effects) == (1 if case == "single" else 2)
 
 
+@pytest.mark.slow
 def test_nulls_are_logged_at_1_khz_too_and_the_unknowns_are_those_of_their_split() -> None:
     null = machine("null", 3).answer
     assert null.group == "1000 Hz" and null.severity == pytest.approx(1.0, abs=0.05) and not null.effects

@@ -34,6 +34,7 @@ def test_a_generated_pair_of_sets(case: str, tmp_path: Path) -> None:
     assert not np.allclose(recording.sim[0], recording.real[0], atol=0.1)  # no scene in common
 
 
+@pytest.mark.slow
 def test_the_same_seed_draws_the_same_sets(tmp_path: Path) -> None:
     folders = [tmp_path / name for name in ("one", "other")]
     for folder in folders:

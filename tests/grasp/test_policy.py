@@ -101,6 +101,7 @@ def test_crops_all_but_solve_it(crop: Path) -> None:
     assert (grasps.q > 0.5).all() and (grasps.q <= 1).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("form", "steps", "batch", "auc"), [("dense", 60, 16, 0.75), ("trunk", 200, 32, 0.58)])
 def test_the_other_forms_learn(form: str, steps: int, batch: int, auc: float, tmp_path: Path) -> None:
     path = trained(tmp_path, config(form, steps, batch, width=8))

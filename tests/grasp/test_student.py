@@ -65,6 +65,7 @@ def test_it_gets_used_to_its_translator(teacher: Path, tmp_path: Path) -> None:
     assert GraspPolicy.load(after).size == HELD_OUT.size
 
 
+@pytest.mark.slow
 def test_domain_randomization_has_one_too(teacher: Path, tmp_path: Path) -> None:
     front = NetworkConfig(width=8, levels=2, blocks=1, rectifier=8)
     cfg = config(steps=4, picture="randomized", validate_on="randomized", front=front, rectification=1.0)

@@ -179,6 +179,7 @@ def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
     assert result["gap"]["after"] < (1.1 if method == "forward" else 10) * result["gap"]["floor"]
 
 
+@pytest.mark.slow
 def test_recordings_of_a_joint_have_a_position_offset_each(tmp_path):
     """An encoder whose zero is set anew each time shows the same weight elsewhere."""
     zeros = {"a": 0.1, "b": -0.35, "c": 0.4}

@@ -50,6 +50,7 @@ def test_loads_and_supply_are_part_of_the_balance():
         assert found[name]["value"] == pytest.approx(NOMINAL[name], rel=0.03), name
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth():
     true = {"viscous_damping": 0.15, "coulomb_friction": 0.05, "gravity_torque": 0.1, "bias_torque": 0.02}
     effects = {name: {"value": value} for name, value in true.items()}

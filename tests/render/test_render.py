@@ -142,6 +142,7 @@ def test_a_full_disk_is_one_clear_line_and_loses_nothing(config, tmp_path, monke
     assert len(Views.open(tmp_path)) == 5
 
 
+@pytest.mark.slow
 def test_a_killed_script_goes_on(tmp_path):
     """A real interrupt of the real script, at whatever it is doing."""
     command = [sys.executable, "scripts/render.py", "render.scenes=8", "render.shard_size=1", "render.workers=2"]

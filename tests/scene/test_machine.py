@@ -70,6 +70,7 @@ def test_a_robot_with_effects_holds_less(grasps):
     assert held({"shoulder": {"velocity_limit": {"value": 0.2}}}) < 0.6 * plain
 
 
+@pytest.mark.slow
 def test_a_controller_that_knows_its_drives_waits_and_holds_what_a_healthy_robot_holds(grasps):
     slow = Machine({"lift": {"viscous_damping": {"value": 600.0}}})
 

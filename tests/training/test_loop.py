@@ -195,6 +195,7 @@ def test_the_seed_decides(tmp_path: Path) -> None:
         assert_same(run(tmp_path / "c", seed=2, noise=0.1), first)
 
 
+@pytest.mark.slow
 def test_two_processes_make_the_updates_of_one(tmp_path: Path) -> None:
     one = run(tmp_path / "one")
     two = run(tmp_path / "two", replace(CFG, devices=2, strategy="ddp_spawn"))

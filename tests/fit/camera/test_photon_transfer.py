@@ -108,6 +108,7 @@ def test_what_noise_leaves_of_black_is_no_light_of_a_frames_own() -> None:
     assert found["read_noise"]["sigma"] == pytest.approx(0.00545, rel=0.03)
 
 
+@pytest.mark.slow
 def test_an_offset_of_black_leaves_shot_noise_its_name() -> None:
     recording, _ = flats(10_000.0, 0.0, 16, True, 0.0, darkest=0.0)
     report = diagnose(replace(recording, real=(recording.real + np.float32(0.016)).clip(0, 1)))

@@ -14,7 +14,7 @@ from vision_s2r.fit.case import NOMINAL
         ("uneven_illumination", {"strength": 0.3, "angle": 30.0}, {"region", "grid"}),
         ("vignetting", {"strength": 0.4}, {"radius", "region", "grid"}),
         ("lens_distortion", {"k1": -0.2, "k2": 0.0}, {"radius", "region", "grid"}),
-        ("read_noise", {"sigma": 0.01}, {"brightness"}),
+        pytest.param("read_noise", {"sigma": 0.01}, {"brightness"}, marks=pytest.mark.slow),
     ],
 )
 def test_an_effect_alone_is_placed_on_its_own_axis(effect: str, values: dict[str, float], axes: set[str]) -> None:

@@ -46,6 +46,7 @@ def left(case: CameraCase) -> float:
     return float(case.excess(nominal, range(case.segments)).mean())
 
 
+@pytest.mark.slow
 def test_pixels_with_gains_of_their_own_are_not_noisy() -> None:
     gains = 1 + 0.05 * torch.randn(3, SIZE, SIZE, generator=torch.Generator().manual_seed(2))
     case = opened(seen(many(), many() * gains))
@@ -213,6 +214,7 @@ def test_a_picture_that_is_sharper_asks_for_no_blur() -> None:
     assert gains["defocus_blur"] == 0 and case.screen(Hypothesis(), ["defocus_blur"]) == {"defocus_blur": 0}
 
 
+@pytest.mark.slow
 def test_an_effect_beside_something_unknown_is_as_large_as_it_is() -> None:
     """It is fitted to what the unknown leaves, and the unknown to what it leaves."""
     moved = Camera()(many(), CameraParameters.of({"motion_blur": {"length": 4.0, "angle": 30.0}}, MANY))
@@ -221,6 +223,7 @@ def test_an_effect_beside_something_unknown_is_as_large_as_it_is() -> None:
     assert found["effects"][0]["parameters"]["length"]["value"] == pytest.approx(4.0, rel=0.05)
 
 
+@pytest.mark.slow
 def test_few_levels_are_no_noise() -> None:
     found = diagnose(seen(many(), (many() * 20).round() / 20, 0.0), DiagnoseConfig()).to_dict()
     assert not found["effects"] and found["verdict"] == "unexplained"

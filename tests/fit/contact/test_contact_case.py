@@ -221,6 +221,7 @@ def slid(body, noise=(3e-4, 2e-3)):
     return measured(truth, noise, 3)
 
 
+@pytest.mark.slow
 def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
     tilt = {"roll": 0.003, "pitch": -0.003}
     report = diagnose(slid(TossedBody(mass=0.37, friction=0.3, restitution=0.2, **tilt)), DiagnoseConfig())

@@ -44,6 +44,7 @@ def from_the_command_line(log: Path, out: Path) -> dict[str, Any]:
     return report
 
 
+@pytest.mark.slow
 def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
     truth = generated("pair", 3, tmp_path / "log").answer.effects
     report = from_the_command_line(tmp_path / "log", tmp_path / "out")
@@ -127,6 +128,7 @@ def test_an_effect_shows_along_the_axis_of_its_definition(name: str, values: dic
     assert case.moved(Hypothesis({"latency": {"delay": 0.02}}), "latency") is None
 
 
+@pytest.mark.slow
 def test_a_drift_far_smaller_than_where_its_fit_may_start_is_found() -> None:
     log = a_log({"thermal_drift": {"rate": 0.016}}, steps(4, 800), (1e-6, 1e-5))
     report = diagnose(log, DiagnoseConfig())
@@ -160,6 +162,7 @@ def test_an_effect_beside_something_unknown_has_no_name_where_nobody_knows_its_s
     assert report.verdict == "unexplained" and not report.effects
 
 
+@pytest.mark.slow
 def test_an_effect_that_is_a_function_of_what_an_unknown_is_of_has_its_name_and_its_size() -> None:
     truth, report = TRUTH, diagnose(rubbing_under_drag(), DiagnoseConfig())
     (effect,) = report.effects

@@ -70,6 +70,7 @@ SLOW_MOTION = 0.5 * np.sin(np.array([[0.3], [0.4], [0.5]]) * np.arange(600) * 0.
 STICKS = {"stribeck_friction": {"static": 0.3, "velocity": 0.1}}
 
 
+@pytest.mark.slow
 def test_a_joint_that_sticks_and_slips_is_told_from_one_that_rubs():
     sticks, rubs = (open_case(run(SLOW_MOTION, each, 50.0)) for each in (STICKS, {"coulomb_friction": {"value": 0.6}}))
     assert any("sticks and slips" in each for each in sticks.symptoms(Hypothesis({})))
@@ -155,6 +156,7 @@ def test_a_gain_is_found_beside_a_stronger_effect_though_a_guessed_damping_does_
     assert report.verdict == "explained" and {effect.name for effect in report.effects} == truth.keys()
 
 
+@pytest.mark.slow
 def test_an_encoder_without_steps_is_not_tried_where_something_is_left():
     few = [each.name for each in JOINT_EFFECTS if each.name not in (*NOMINAL, "encoder_quantization")]
     kick = {"derivative_on_error": {"gain": 0.2, "time_constant": 0.012}}
@@ -162,6 +164,7 @@ def test_an_encoder_without_steps_is_not_tried_where_something_is_left():
     assert "explained" in report.verdict and "encoder_quantization" not in {each.name for each in report.refitted}
 
 
+@pytest.mark.slow
 def test_one_limit_is_named_rather_than_a_gain_and_a_constant_that_make_up_for_each_other():
     report = diagnose(a_servo(50.0, {"torque_saturation": {"limit": 6.0}}))
     assert [effect.name for effect in report.effects] == ["torque_saturation"]
@@ -205,6 +208,7 @@ def test_an_interval_allows_for_an_encoder_that_is_read_some_microseconds_late()
     assert low < 0.013 < high < 0.0134
 
 
+@pytest.mark.slow
 def test_a_drive_that_is_off_tells_the_motors_damping_from_friction():
     """And a simulation that runs away is no perfect fit."""
     truth = {"viscous_damping": {"value": 0.05}, "back_emf": {"value": 0.3}}

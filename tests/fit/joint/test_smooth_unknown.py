@@ -37,6 +37,7 @@ def test_a_friction_has_its_name_beside_knocks_and_knocks_have_none(named) -> No
     assert any("torques of their own instants" in each for each in report.unexplained.resembles) == bool(named)
 
 
+@pytest.mark.slow
 def test_a_sensor_whose_delay_wanders_is_no_latency() -> None:
     """Though a latency as long as the mean does most of its work, and stays in the simulator."""
     log = a_log({}, steps(5, 400), (1e-4, 2e-3))

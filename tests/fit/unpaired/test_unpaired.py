@@ -50,8 +50,8 @@ def test_different_scenes_are_no_gap(seed: int) -> None:
     ("name", "values", "axes"),
     [
         ("defocus_blur", {"radius": 1.8}, {"frequency"}),
-        ("read_noise", {"sigma": 0.02}, {"brightness"}),
-        ("white_balance", {"red": 1.2, "blue": 0.85}, {"channel", "brightness"}),
+        pytest.param("read_noise", {"sigma": 0.02}, {"brightness"}, marks=pytest.mark.slow),
+        pytest.param("white_balance", {"red": 1.2, "blue": 0.85}, {"channel", "brightness"}, marks=pytest.mark.slow),
         pytest.param("vignetting", {"strength": 0.6}, {"region"}, marks=pytest.mark.slow),
         pytest.param("jpeg_compression", {"quality": 40.0}, {"frequency", "brightness", ""}, marks=pytest.mark.slow),
     ],
@@ -74,6 +74,7 @@ def test_every_axis_is_drawn_though_two_are_of_brightness() -> None:
     assert sorted(each.get_title(loc="left") for each in panels) == sorted(axis.name for axis in samples.axes)
 
 
+@pytest.mark.slow
 def test_names_two_effects_which_share_the_gap() -> None:
     result = diagnosed(recording({"defocus_blur": {"radius": 1.5}, "read_noise": {"sigma": 0.015}}, 4))
     assert {each["name"] for each in result["effects"]} == {"defocus_blur", "read_noise"}
@@ -120,6 +121,7 @@ def test_twice_the_same() -> None:
     assert first == second
 
 
+@pytest.mark.slow
 def test_bands_of_an_interval_hold_the_truth_and_shrink_with_pictures() -> None:
     widths = []
     for count in (8, 32):

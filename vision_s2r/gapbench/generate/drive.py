@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 INF = np.inf
+helper = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # compiled code calls these, Python does not
 # Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis, what friction
 # remembers, angle and rate of the mount, a servo's error as a filter has it
 State = tuple[float, float, float, float, float, float, float, float, float, float]
@@ -123,7 +124,7 @@ class PositionLoop(NamedTuple):
     limit: float = INF  # A
 
 
-@njit(cache=True)
+@helper
 def _current(y: State, command: float, p: DriveModel) -> float:
     """What a servo asks of its motor, A, whose command is a set point (rad); else the command itself."""
     if p.proportional_gain == 0:
@@ -138,7 +139,7 @@ def _current(y: State, command: float, p: DriveModel) -> float:
     return min(max(wanted, -p.command_limit), p.command_limit)
 
 
-@njit(cache=True)
+@helper
 def _error(y: State, point: float, p: DriveModel) -> float:
     """How far a servo's encoder is short of its set point, rad."""
     shown = y[2]
@@ -147,7 +148,7 @@ def _error(y: State, point: float, p: DriveModel) -> float:
     return point - shown
 
 
-@njit(cache=True)
+@helper
 def _motor_torque(t: float, y: State, command: float, p: DriveModel) -> float:
     """Torque of the motor after its limits, N·m."""
     torque = y[4] if p.lag > 0 else p.torque_constant * _current(y, command, p)
@@ -169,7 +170,7 @@ def _motor_torque(t: float, y: State, command: float, p: DriveModel) -> float:
     return torque
 
 
-@njit(cache=True)
+@helper
 def _on_load(y: State, p: DriveModel) -> float:
     """Torque on the load's side, N·m."""
     over = max(y[2] - p.stop, 0.0) - max(-y[2] - p.stop, 0.0)
@@ -180,7 +181,7 @@ def _on_load(y: State, p: DriveModel) -> float:
     return -gravity - p.bias_torque - spring
 
 
-@njit(cache=True)
+@helper
 def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveModel) -> float:
     """Size of the dry friction against motion in this direction, N·m."""
     level = p.coulomb_friction
@@ -205,7 +206,7 @@ def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveM
     return max(level + abs(pressed) + direction * p.coulomb_asymmetry, 0.0)
 
 
-@njit(cache=True)
+@helper
 def _on_motor(t: float, y: State, direction: float, torque: float, p: DriveModel) -> float:
     """Every other torque on the motor's side but dry friction, N·m."""
     damping = p.viscous_damping * (1 + p.thermal_rate * t) + direction * p.viscous_asymmetry
@@ -219,13 +220,13 @@ def _on_motor(t: float, y: State, direction: float, torque: float, p: DriveModel
     return total
 
 
-@njit(cache=True)
+@helper
 def _inertia(t: float, y: State, p: DriveModel) -> float:
     inertia = p.inertia + (p.switch_inertia if t >= p.switch_time else 0.0)
     return inertia * (1 + p.inertia_swing * np.sin(2 * y[0])) if p.inertia_swing != 0 else inertia
 
 
-@njit(cache=True)
+@helper
 def _slope(t: float, y: State, current: float, direction: float, side: int, p: DriveModel) -> State:
     """Time derivative of the state; `direction` 0: the motor sticks; `side` 2: one mass, ±1: in contact, 0: apart."""
     torque = _motor_torque(t, y, current, p)
@@ -254,20 +255,20 @@ def _slope(t: float, y: State, current: float, direction: float, side: int, p: D
     return y[1], motor_rate, y[3], load_rate, drive_rate, bent, _remembered(y, p), y[8], mount_rate, filtered
 
 
-@njit(cache=True)
+@helper
 def _bristles(y: State, p: DriveModel) -> float:
     """How far bristles bend before they slip, over how far where they are fast: the slower, the farther."""
     return 1 + p.bristles * np.exp(-((y[1] / p.bristles_velocity) ** 2)) if p.bristles > 0 else 1.0
 
 
-@njit(cache=True)
+@helper
 def _mount(y: State, reaction: float, p: DriveModel) -> float:
     """Acceleration of what the joint is mounted on, which this torque of the motor pushes back, rad/s²."""
     frequency = p.mount_frequency
     return -(frequency**2) * y[7] - 2 * p.mount_damping * frequency * y[8] - p.mount * reaction / p.inertia
 
 
-@njit(cache=True)
+@helper
 def _remembered(y: State, p: DriveModel) -> float:
     """How what friction remembers changes: a velocity that lags, or the age of the contact over a time of 0.1 s."""
     if p.memory > 0:
@@ -275,7 +276,7 @@ def _remembered(y: State, p: DriveModel) -> float:
     return 10.0 - abs(y[1]) * y[6] / p.aging_distance if p.aging > 0 else 0.0
 
 
-@njit(cache=True)
+@helper
 def _plus(y: State, h: float, k: State) -> State:
     return (
         *(y[0] + h * k[0], y[1] + h * k[1], y[2] + h * k[2]),
@@ -284,7 +285,7 @@ def _plus(y: State, h: float, k: State) -> State:
     )
 
 
-@njit(cache=True)
+@helper
 def _runge_kutta(t: float, y: State, h: float, current: float, direction: float, side: int, p: DriveModel) -> State:
     k1 = _slope(t, y, current, direction, side, p)
     k2 = _slope(t + h / 2, _plus(y, h / 2, k1), current, direction, side, p)
@@ -293,7 +294,7 @@ def _runge_kutta(t: float, y: State, h: float, current: float, direction: float,
     return _plus(_plus(_plus(_plus(y, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4)
 
 
-@njit(cache=True)
+@helper
 def _breakaway(t: float, y: State, current: float, side: int, p: DriveModel) -> float:
     """Direction in which a motor at rest starts to move, 0: friction holds it."""
     torque = _motor_torque(t, y, current, p)
@@ -308,23 +309,23 @@ def _breakaway(t: float, y: State, current: float, side: int, p: DriveModel) -> 
     return direction if abs(net) > _dry_friction(t, y, direction, torque, p) else 0.0
 
 
-@njit(cache=True)
+@helper
 def _reversed(y: State, direction: float) -> bool:
     return direction != 0 and direction * y[1] < 0
 
 
-@njit(cache=True)
+@helper
 def _put(y: State, motor: float, motor_rate: float, load: float, load_rate: float) -> State:
     """The state with motor and load elsewhere."""
     return motor, motor_rate, load, load_rate, y[4], y[5], y[6], y[7], y[8], y[9]
 
 
-@njit(cache=True)
+@helper
 def _touching(y: State, side: int, p: DriveModel) -> bool:
     return side == 0 and p.width > 0 and abs(y[0] - y[2]) > p.width / 2
 
 
-@njit(cache=True)
+@helper
 def advance(
     t: float, y: State, h: float, current: float, direction: float, side: int, p: DriveModel
 ) -> tuple[State, float, int]:
@@ -366,14 +367,14 @@ def advance(
     return y, direction, side
 
 
-@njit(cache=True)
+@helper
 def started(p: DriveModel, first: np.ndarray) -> tuple[State, float, int]:
     """A joint at this position and velocity [2], whose halves do not touch: state, direction, and side of contact."""
     y = (first[0], first[1], first[0], first[1], 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return y, np.sign(first[1]), 0 if p.width > 0 or p.stiffness < INF else 2
 
 
-@njit(cache=True)
+@helper
 def _command(k: int, shown: np.ndarray, loop: PositionLoop) -> float:
     """What the controller commands at sample k, A."""
     if loop.gain == 0:
