@@ -94,6 +94,7 @@ def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
         replay_all(ReplayConfig(str(tmp_path / "bare"), str(tmp_path / "report" / "report.json"), str(tmp_path / "no")))
 
 
+@pytest.mark.slow
 def test_what_was_not_rendered_is_found_beside_a_darker_picture_and_replays(tmp_path) -> None:
     thing = Solid(THING, np.array([0.02, 0.09, 0.04]), np.full(3, 0.04), 0.3)
     red = replace(

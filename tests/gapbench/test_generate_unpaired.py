@@ -18,11 +18,8 @@ def drawn(case: str, index: int, folder: Path) -> tuple[GeneratedMachine, Camera
     return machine, recording
 
 
-FAST = ("single", "content")
-
-
 @pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=() if case in FAST else pytest.mark.slow) for case in unpaired.CASES]
+    "case", [pytest.param(case, marks=() if case == "single" else pytest.mark.slow) for case in unpaired.CASES]
 )
 def test_a_generated_pair_of_sets(case: str, tmp_path: Path) -> None:
     machine, recording = drawn(case, 0, tmp_path)

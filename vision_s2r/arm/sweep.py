@@ -271,12 +271,11 @@ def _compile(sources: str) -> tuple[Callable[..., Any], ...]:
         joints, rows = command.shape
         rates, mass, bias = np.zeros(joints), np.empty((joints, joints)), np.empty(joints)
         acting = np.zeros((joints, 2), np.int64)
-        acting[:, 0] = -1
         halfway, place = np.empty(joints), np.empty(joints)
         here = pointer(room)
         slopes, points = here, shifted(here, joints)
         for j in range(joints):
-            slopes[j] = 0.0
+            acting[j, 0], slopes[j] = -1, 0.0
             points[3 * j], points[3 * j + 1], points[3 * j + 2] = first[j, 0], 0.0, math.nan
         before = shifted(points, 3 * joints)
         given = shifted(before, STATE * joints)

@@ -70,7 +70,10 @@ def two_masses_responses(machine: JointMachine, steps: tuple[float, float], out:
     """What the spring does in a step of either segment, into `out` RESPONSES."""
     spring_responses(machine, steps[1], out[1])
     if steps[0] == steps[1]:
-        out[0] = out[1]
+        for k in range(RESPONSES[1]):  # no slice, whose error message takes as long to compile as all springs
+            for row in range(RESPONSES[2]):
+                for column in range(RESPONSES[3]):
+                    out[0, k, row, column] = out[1, k, row, column]
     else:
         spring_responses(machine, steps[0], out[0])
 

@@ -73,6 +73,7 @@ def test_what_pixels_have_in_all_frames_is_no_noise() -> None:
     assert found["shot_noise"]["full_well"] == pytest.approx(15_000, rel=0.04)
 
 
+@pytest.mark.slow
 def test_a_sensor_of_uneven_pixels_in_unsteady_light_has_its_full_well_and_read_noise() -> None:
     recording, _ = flats(12_000.0, 0.0009, 16, True, 0.01, darkest=0.005)
     rng = np.random.default_rng(5)

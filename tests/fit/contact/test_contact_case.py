@@ -235,6 +235,7 @@ def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
         assert found[name].ci[0] < angle < found[name].ci[1]
 
 
+@pytest.mark.slow
 def test_a_wind_that_blows_over_a_part_of_the_support_is_no_tilt():
     wind = {"wind": 0.3, "wind_angle": 0.0, "wind_place": 0.3, "wind_width": 0.3}
     case = ContactCase(

@@ -170,6 +170,7 @@ def test_one_limit_is_named_rather_than_a_gain_and_a_constant_that_make_up_for_e
     assert [effect.name for effect in report.effects] == ["torque_saturation"]
 
 
+@pytest.mark.slow
 def test_one_gain_is_named_rather_than_a_damping_and_a_limit_that_make_up_for_it():
     nominal = {**NOMINAL, "derivative_gain": 0.23, "command_limit": 3.2}
     report = diagnose(a_servo(50.0, {"derivative_gain": {"value": 0.215}}, nominal=nominal))

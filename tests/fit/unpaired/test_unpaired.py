@@ -81,6 +81,7 @@ def test_names_two_effects_which_share_the_gap() -> None:
     assert sum(each["share"] for each in result["effects"]) > 0.9
 
 
+@pytest.mark.slow
 def test_is_silent_about_what_needs_pairs() -> None:
     result = diagnosed(recording({}, 5))
     not_excited = {each["name"] for each in result["candidates"] if each["status"] == "not_excited"}

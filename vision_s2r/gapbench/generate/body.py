@@ -19,6 +19,7 @@ INTO = 1e-6  # s after a point's arrival that a step ends
 SLOW = 0.02  # m/s: slower arrivals do not rebound
 ROUNDS, TRIES = 3, 15  # of friction bounds, and of gradient steps in each
 MOST = 8  # points that touch
+helper = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # compiled code calls these, Python does not
 
 
 class TossedBody(NamedTuple):
@@ -57,12 +58,19 @@ class TossedBody(NamedTuple):
 FIELDS = TossedBody._fields
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
+def _put(values: np.ndarray, at: int, new: np.ndarray) -> None:
+    """These numbers from there on; a slice's error message takes longer to compile than all that moves a body."""
+    for k in range(len(new)):
+        values[at + k] = new[k]
+
+
+@helper
 def _rotation(q: np.ndarray) -> np.ndarray:
     x, y, z, w = q
     return np.array(
@@ -74,7 +82,7 @@ def _rotation(q: np.ndarray) -> np.ndarray:
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _turn(q: np.ndarray, spin: np.ndarray, time: float) -> np.ndarray:
     rate = math.sqrt(spin[0] ** 2 + spin[1] ** 2 + spin[2] ** 2)
     half = 0.5 * rate * time
@@ -86,7 +94,7 @@ def _turn(q: np.ndarray, spin: np.ndarray, time: float) -> np.ndarray:
     return out / math.sqrt((out**2).sum())
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _friction(body: TossedBody, place: float, time: float, vx: float, vy: float) -> float:
     value = body.friction * (1 + body.fade * time)
     if place > body.patch_place:
@@ -96,7 +104,7 @@ def _friction(body: TossedBody, place: float, time: float, vx: float, vy: float)
     return value
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _forces(body: TossedBody, position: np.ndarray, velocity: np.ndarray, lowest: float) -> np.ndarray:
     """Acceleration of the centre of mass."""
     g = body.gravity
@@ -119,7 +127,7 @@ def _forces(body: TossedBody, position: np.ndarray, velocity: np.ndarray, lowest
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _shorten(values: np.ndarray, at: int, most: float) -> None:
     """Two neighbours, a vector in the plane, to no more than this length."""
     size = math.sqrt(values[at] ** 2 + values[at + 1] ** 2)
@@ -128,7 +136,7 @@ def _shorten(values: np.ndarray, at: int, most: float) -> None:
         values[at + 1] *= most / size
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _impulses(
     delassus: np.ndarray, free: np.ndarray, target: np.ndarray, friction: np.ndarray, rolling: float, spinning: float
 ) -> np.ndarray:
@@ -205,19 +213,20 @@ def move(
     firm = longest if rigid else min(longest, longest / FINE * PHASE / math.sqrt(4 * body.stiffness / body.mass))
     for sample in range(samples):
         offset = _rotation(q) @ center
-        out[sample, :3] = position - offset
-        out[sample, 3:7] = q
-        out[sample, 7:10] = velocity - _cross(spin, offset)
-        out[sample, 10:] = spin
+        row = out[sample]
+        _put(row, 0, position - offset)
+        _put(row, 3, q)
+        _put(row, 7, velocity - _cross(spin, offset))
+        _put(row, 10, spin)
         left = sample_time
         while left > 1e-9 * sample_time:
             r = _rotation(q)
             for k in range(number):
                 if ball:
-                    arms[k] = -(r @ center)
+                    _put(arms[k], 0, -(r @ center))
                     arms[k, 2] -= radius
                 else:
-                    arms[k] = r @ (points[k] - body.rounding * np.sign(points[k]) - center)
+                    _put(arms[k], 0, r @ (points[k] - body.rounding * np.sign(points[k]) - center))
                     arms[k, 2] -= body.rounding
                 gaps[k] = position[2] + arms[k, 2]
             lowest = gaps.min()
@@ -240,7 +249,7 @@ def move(
     return out
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _arrival(arms: np.ndarray, gaps: np.ndarray, velocity: np.ndarray, spin: np.ndarray, longest: float) -> float:
     """The time, if less than a step, in which the first point that approaches will just have arrived."""
     soonest = longest
@@ -251,7 +260,7 @@ def _arrival(arms: np.ndarray, gaps: np.ndarray, velocity: np.ndarray, spin: np.
     return soonest
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _touched(
     body: TossedBody,
     arms: np.ndarray,
@@ -274,10 +283,10 @@ def _touched(
             continue
         x, y, z = arms[k]
         speed = velocity + _cross(spin, arms[k])
-        free[3 * count : 3 * count + 3] = speed
-        jacobian[3 * count] = np.array([0.0, z, -y])
-        jacobian[3 * count + 1] = np.array([-z, 0.0, x])
-        jacobian[3 * count + 2] = np.array([y, -x, 0.0])
+        _put(free, 3 * count, speed)
+        _put(jacobian[3 * count], 0, (0.0, z, -y))
+        _put(jacobian[3 * count + 1], 0, (-z, 0.0, x))
+        _put(jacobian[3 * count + 2], 0, (y, -x, 0.0))
         target[count] = -body.restitution * speed[2] if speed[2] < -SLOW else min(-0.02 * gaps[k] / step, 0.05)
         friction[count] = _friction(body, place, time, speed[0], speed[1])
         depth[count] = -gaps[k]
@@ -286,8 +295,10 @@ def _touched(
     rows = 3 * count
     length = math.sqrt(3 / (inverse[0, 0] + inverse[1, 1] + inverse[2, 2]))  # m: makes a torque as large as a force
     if rigid and (body.rolling > 0 or body.spinning > 0):
-        jacobian[rows : rows + 3] = length * np.eye(3)
-        free[rows : rows + 3] = length * spin
+        for axis in range(3):
+            _put(jacobian[rows + axis], 0, (0.0, 0.0, 0.0))
+            jacobian[rows + axis, axis] = length
+        _put(free, rows, length * spin)
         rows += 3
     delassus = np.zeros((rows, rows))
     for i in range(3 * count):
@@ -295,7 +306,7 @@ def _touched(
             if i % 3 == j % 3:
                 delassus[i, j] = 1.0
     for i in range(rows):
-        levers[i] = inverse @ jacobian[i]
+        _put(levers[i], 0, inverse @ jacobian[i])
     for i in range(rows):
         for j in range(rows):
             delassus[i, j] += (jacobian[i] * levers[j]).sum()
@@ -325,7 +336,7 @@ def _touched(
     return velocity, spin if rigid else _braked(body, inverse, spin, total)
 
 
-@numba.njit(cache=True, nogil=True)
+@helper
 def _braked(body: TossedBody, inverse: np.ndarray, spin: np.ndarray, total: float) -> np.ndarray:
     """The spin after the torques of a step on springs, whose forces the step's velocities do not change."""
     flat = math.sqrt(spin[0] ** 2 + spin[1] ** 2)
