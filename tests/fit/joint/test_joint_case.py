@@ -105,8 +105,10 @@ def test_nothing_is_found_where_nothing_is_and_a_harder_recording_is_asked_for(t
     assert 0 < np.abs(asked.commands["current"]).max() <= np.abs(track.command).max()
 
 
-def test_what_no_effect_is_stays_without_a_name(tmp_path: Path) -> None:
-    assert generated("unknown", 5, tmp_path).answer.unknown == "periodic_disturbance"
+@pytest.mark.slow
+@pytest.mark.parametrize(("index", "unknown"), [(5, "periodic_disturbance"), (14, "slow_drive")])
+def test_what_no_effect_is_stays_without_a_name(index: int, unknown: str, tmp_path: Path) -> None:
+    assert generated("unknown", index, tmp_path).answer.unknown == unknown
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []
 

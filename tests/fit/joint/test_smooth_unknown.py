@@ -8,6 +8,7 @@ from scipy.signal import lfilter
 
 from tests.identify.machines import a_log, steps
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.one_case import open_case
 
 
 def test_a_lag_of_the_drive_is_no_latency_though_nothing_is_left_with_one() -> None:
@@ -48,3 +49,11 @@ def test_a_sensor_whose_delay_wanders_is_no_latency() -> None:
     assert not report.effects and report.verdict == "unexplained" and report.gap.shrink > 0.3
     assert "latency" in {each.name for each in report.refitted}
     assert "latency of another size from instant to instant" in report.unexplained.resembles
+
+
+def test_commands_that_a_drive_holds_are_told_from_late_ones() -> None:
+    sent = steps(5, 400) + 0.3 * np.sin(np.linspace(2.0, 4.0, 5)[:, None] * np.arange(400) * 2 * np.pi * 0.01)  # A
+    held = replace(a_log({}, sent[:, np.arange(400) // 8 * 8], (1e-4, 2e-3)), command=sent)
+    for log, wavers in ((held, True), (a_log({"latency": {"delay": 0.02}}, sent, (1e-4, 2e-3)), False)):
+        case = open_case(log)
+        assert case.wavers(case.fit(frozenset({"latency"}), range(case.segments), None), "latency") == wavers

@@ -40,6 +40,9 @@ NO_SERVO = "no targets of a position servo are in the recording"
 SCALED = ("gravity_torque", "inertia", "viscous_damping", "coulomb_friction")  # by a gain; what is known best first
 LIMITED = 0.01  # of the samples of a servo whose law reaches its limit
 ALONG = 0.6  # of what is left lies along an effect that is not of one size
+# The same from instant to instant: of as few samples, share, relative spread. Both where residuals remember and where
+# an observer forgets this share of what it was off by, so that each is of its own samples.
+INSTANT, ALONG_INSTANTS, UNLIKE, FORGOTTEN = 4, 0.45, 0.25, (0.0, 0.25)
 INCONSTANT = 0.3  # relative spread over segments that a true effect's steadiest parameter does not have
 
 
@@ -273,9 +276,16 @@ class JointCase:
         return False
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Of its steadiest parameter, and of windows of a few samples."""
-        share, apart = uncertainty.waver(self._linearized(hypothesis), name, self.track.segment)
-        return share > ALONG and apart > INCONSTANT
+        """Of its steadiest parameter, from window to window, and of some effects from instant to instant."""
+        here, segment = self._linearized(hypothesis), self.track.segment
+        share, apart = uncertainty.waver(here, name, segment)
+        if share > ALONG and apart > INCONSTANT:
+            return True
+        if not JOINT_FITS[name].instants:
+            return False
+        views = [uncertainty.plainly(here, name, self.track, each) for each in FORGOTTEN]
+        found = [uncertainty.waver(each, name, segment, INSTANT) for each in views]
+        return all(share > ALONG_INSTANTS and apart > UNLIKE for share, apart in found)
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""

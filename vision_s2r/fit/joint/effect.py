@@ -39,6 +39,7 @@ class JointFit:
     period: Callable[[Row], float] | None = None
     rough: bool = False  # its form is only roughly the same on any two machines
     rippled: bool = False  # its likelihood has ripples, of impacts
+    instants: bool = False  # something else looks like it whose size is another at each sample
 
 
 JOINT_FITS: Records[JointFit] = Records("joint", "fitting")

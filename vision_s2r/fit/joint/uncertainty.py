@@ -17,6 +17,7 @@ from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
 from vision_s2r.fit.joint.smooth_unknown import VARIANCES, prior
 from vision_s2r.fit.joint.space import INDEX, JointSpace
+from vision_s2r.fit.joint.track import JointTrack
 from vision_s2r.fit.likelihood import NU, influence
 from vision_s2r.fit.selection import SCALE
 
@@ -226,16 +227,28 @@ def _to_machine(space: JointSpace) -> np.ndarray:
     return matrix
 
 
-def waver(here: Linear, name: str, segment: np.ndarray) -> tuple[float, float]:
+def plainly(here: Linear, name: str, track: JointTrack, forgotten: float) -> Linear:
+    """What is left, and what a name makes of it, where large residuals count like others: lost commands are large.
+
+    At each sample an observer forgets this share of what it was off by, beside what it forgets anyway.
+    """
+    own = [k for k, owner in enumerate(here.space.owner) if owner == name]
+    jacobian, inside = np.zeros_like(here.jacobian), track.segment >= 0
+    now, jacobian[own] = (beside(forgotten, each, track) for each in (here.now, here.jacobian[own]))
+    usual = np.median(now[inside] ** 2, axis=0)
+    return replace(here, now=now, jacobian=jacobian, push=inside[..., None] / np.maximum(usual, 1e-300))
+
+
+def waver(here: Linear, name: str, segment: np.ndarray, window: int = WINDOW) -> tuple[float, float]:
     """Of what is left, the share that lies along a name, window by window; and how far its sizes there lie apart.
 
     Relative to itself; both of its steadiest parameter, 0 of a name without any. `segment` [E, T] is negative beyond
-    the end.
+    the end, `window` is in samples.
     """
     own = [k for k, owner in enumerate(here.space.owner) if owner == name]
     if not own:
         return 0.0, 0.0
-    labels, windows = blocks(segment, WINDOW)
+    labels, windows = blocks(segment, window)
     within = labels[labels >= 0]
 
     def of_windows(a: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -36,5 +36,6 @@ JOINT_FITS.register(
         not_excited="the command changes too little",
         excited_by="{quantity} that changes at every sample (random steps)",
         confusable=frozenset({"compliance"}),
+        instants=True,  # commands that are held, or get lost
     ),
 )
