@@ -25,6 +25,7 @@ def debug(out, *overrides):
     return compose(ActuatorConfig, "actuator", ["actuator=debug", f"out={out}", *overrides])
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_goes_on_as_if_nothing_had_been(tmp_path, monkeypatch, capsys):
     run(debug(tmp_path / "whole"))
     assert "the policies' own motions" in capsys.readouterr().out

@@ -58,6 +58,7 @@ def test_a_free_run_is_that_of_mujoco(tmp_path, spring):
     assert np.ptp(expected) > 1.0
 
 
+@pytest.mark.slow
 def test_joints_one_by_one_under_the_loads_of_the_others_make_the_same_arm():
     effects = ({"backlash": {"width": 0.02}}, {"latency": {"delay": 0.013}})
     machines = np.array([joint_row(each) for each in effects])

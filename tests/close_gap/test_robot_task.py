@@ -70,6 +70,7 @@ def _miss(name, log, values):
     return float(np.sqrt(np.mean((run - log.position) ** 2))) / withheld.NOISE
 
 
+@pytest.mark.slow
 def test_a_withheld_drive_s_log_is_that_of_its_effects(tmp_path):
     effects = {"latency": {"delay": 0.13}, "coulomb_friction": {"value": 8.0}}
     log = read(write(withheld.log_of("lift", effects, np.random.default_rng(0)), tmp_path / "lift"))

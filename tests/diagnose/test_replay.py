@@ -87,6 +87,7 @@ def test_sets_of_pictures_are_compared_as_sets(tmp_path):
     assert result["gap"]["metric"] == "value_distance" and result["gap"]["after"] < 0.5 * result["gap"]["before"]
 
 
+@pytest.mark.slow
 def test_the_number_of_jobs_changes_nothing_and_names_stay_apart(tmp_path):
     report = tmp_path / "report.json"
     report.write_text(json.dumps(a_report("camera", read_noise={"sigma": 0.02})))

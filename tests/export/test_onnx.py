@@ -15,6 +15,7 @@ from vision_s2r.grasp import GraspPolicy
 from vision_s2r.translate import Translator
 
 
+@pytest.mark.slow
 def test_a_translator_without_torch(tmp_path: Path) -> None:
     path = export_translator(ExportConfig("bin-64", str(tmp_path)))
     images = torch.rand(3, 3, 64, 64, generator=torch.Generator().manual_seed(0))

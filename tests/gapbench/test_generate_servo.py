@@ -120,6 +120,7 @@ def test_nulls_are_logged_at_1_khz_too_and_the_unknowns_are_those_of_their_split
         assert answer.unknown in UNKNOWN[split] and answer.severity > 3 and not answer.effects
 
 
+@pytest.mark.slow
 def test_an_unknown_effect_is_like_no_single_effect_of_the_vocabulary() -> None:
     rng = np.random.default_rng(4)
     setting = servo._setting(50, rng)

@@ -82,6 +82,7 @@ def test_fine_tuning_goes_on_with_the_network_that_it_begins_as(tmp_path: Path) 
         trained(tmp_path / "other", other)
 
 
+@pytest.mark.slow
 def test_a_mirrored_policy_goes_by_what_it_says_of_both_pictures(crop: Path) -> None:
     policy, (canonical, *cameras) = GraspPolicy.load(crop), inputs()
     found = policy.act(canonical, *cameras, torch.arange(len(canonical)), mirrored=True)
@@ -157,6 +158,7 @@ def test_the_front_s_rectifier_is_told_where_the_camera_looks(tmp_path: Path) ->
     assert found < 0.6 * still, (found, still)
 
 
+@pytest.mark.slow
 def test_negatives_teach_what_no_attempt_has_shown(tmp_path: Path) -> None:
     """From successes alone Q trusts any place; with negatives none that is empty."""
     shown = Bars(300, 0)

@@ -78,6 +78,7 @@ def test_motions_are_diagnosed_together_and_tried_on_the_rest(tmp_path, monkeypa
         hardware.study(replace(cfg, together=["one", "tow"]))
 
 
+@pytest.mark.slow
 def test_an_arm_is_diagnosed_from_one_motion_and_tried_on_the_others(tmp_path, monkeypatch):
     for name, seed in (("one", 3), ("two", 4)):
         effects = {"elbow": {"viscous_damping": {"value": 2.5}}}

@@ -117,6 +117,7 @@ def test_a_joint_that_never_moves_at_all():
         identify(still, IdentifyConfig())
 
 
+@pytest.mark.slow
 def test_several_recordings_of_a_joint_together(tmp_path):
     """What one shows and the other does not: dry friction from slow motion, inertia from fast."""
     truth = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}, "inertia": {"value": 0.018}}

@@ -190,6 +190,7 @@ run(Path(sys.argv[1]), with_training(max_steps=100_000, validate_every=5))
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_leaves_a_state_to_go_on_from(tmp_path: Path) -> None:
     process = subprocess.Popen([sys.executable, "-c", SCRIPT, tmp_path], stderr=subprocess.PIPE, text=True)
     while not (tmp_path / "last.pt").exists() and process.poll() is None:

@@ -113,6 +113,7 @@ def test_clean_pictures_have_no_lattice() -> None:
     assert jpeg_quality(recorded(gamma={"gamma": 1.4}).real) is None
 
 
+@pytest.mark.slow
 def test_an_interval_of_read_noise_holds_whatever_else_is_noise() -> None:
     case = opened(recorded(read_noise={"sigma": 0.006}))  # beside half a grey level that has no name
     low, high = case.intervals(case.fit(frozenset({"read_noise"}), EVERY, None))["read_noise"]["sigma"]

@@ -73,6 +73,7 @@ def turned_or_skewed(skew: float, turn: float) -> CameraRecording:
     return seen(many(), real)
 
 
+@pytest.mark.slow
 def test_a_skew_of_rows_is_no_rotation() -> None:
     """Half of it is: upright edges ask for twice the angle that is found, those that lie for none."""
     names = frozenset({"camera_pose_offset"})
@@ -84,6 +85,7 @@ def test_a_skew_of_rows_is_no_rotation() -> None:
     assert not case.suspicious(found, "camera_pose_offset") and not case.contradicted(found, "camera_pose_offset")
 
 
+@pytest.mark.slow
 def test_scattered_light_is_no_exposure_and_an_exposure_beside_a_stain_is_one() -> None:
     names = frozenset({"exposure"})
     light = many().clamp(min=1e-4) ** 2.2

@@ -59,6 +59,7 @@ def test_a_pair_from_the_command_line(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "patch" / "mujoco.xml").exists()
 
 
+@pytest.mark.slow
 def test_a_wrong_parameter_is_no_effect_and_may_be_withheld(tmp_path: Path) -> None:
     truth = generated("dynamics", 0, tmp_path).answer.effects
     report = reported(tmp_path)

@@ -132,6 +132,7 @@ def test_what_a_servo_lacks_is_named_and_its_report_replays_to_the_digit(tmp_pat
     assert "not seen" not in other["described"] and other["gap"]["after"] > other["gap"]["before"]
 
 
+@pytest.mark.slow
 def test_a_servo_that_answers_to_how_fast_its_error_changes_is_told_from_one_that_brakes_or_is_late():
     truth = {"gain": 0.2, "time_constant": 0.012}
     report = diagnose(a_servo(50.0, {"derivative_on_error": truth}))
