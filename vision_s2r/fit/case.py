@@ -188,7 +188,7 @@ class Case(Protocol):
         ...
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Whether most of what is left is what it does, at sizes that differ from instant to instant."""
+        """Whether most of what is left is its doing, at sizes that differ from instant to instant, or that may be 0."""
         ...
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:

@@ -276,7 +276,11 @@ class JointCase:
         return False
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Of its steadiest parameter, from window to window, and of some effects from instant to instant."""
+        """Of its steadiest parameter, from instant to instant, or from motion to motion, one of which may show none."""
+        return self._wavers(hypothesis, name) or self._may_be_none(hypothesis, name)
+
+    def _wavers(self, hypothesis: Hypothesis, name: str) -> bool:
+        """From window to window, and of some effects from instant to instant."""
         here, segment = self._linearized(hypothesis), self.track.segment
         share, apart = uncertainty.waver(here, name, segment)
         if share > ALONG and apart > INCONSTANT:
@@ -286,6 +290,13 @@ class JointCase:
         views = [uncertainty.plainly(here, name, self.track, each) for each in FORGOTTEN]
         found = [uncertainty.waver(each, name, segment, INSTANT) for each in views]
         return all(share > ALONG_INSTANTS and apart > UNLIKE for share, apart in found)
+
+    def _may_be_none(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether what regimes of this motion ask for leaves room for an effect that vanishes in another."""
+        neutral = {each.name: each.neutral for each in self.library[name].parameters}
+        ends = self.intervals_elsewhere(hypothesis)[name]
+        kept = [(low, neutral[key], high) for key, (low, high) in ends.items()]
+        return bool(kept) and all(none is not None and low <= none <= high for low, none, high in kept)
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
@@ -343,7 +354,7 @@ class JointCase:
         unsteady = [
             f"{name.replace('_', ' ')} of another size from instant to instant"
             for name in effects
-            if self.wavers(hypothesis, name)
+            if self._wavers(hypothesis, name)
         ]
         if not self.recording.servo:
             return unsteady + [INSTANTS] * (DISTURBANCE in final.extra)
