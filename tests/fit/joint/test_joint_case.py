@@ -25,8 +25,8 @@ from vision_s2r.recording import JointRecording, read
 from vision_s2r.report.reading import diagnosed
 
 
-def generated(case: str, index: int, folder: Path) -> GeneratedMachine:
-    found = joint.machine(case, index, "tuning", np.random.default_rng([5, joint.CASES.index(case), index]))
+def generated(case: str, index: int, folder: Path, seed: int = 5) -> GeneratedMachine:
+    found = joint.machine(case, index, "tuning", np.random.default_rng([seed, joint.CASES.index(case), index]))
     folder.mkdir(exist_ok=True)
     found.write(folder)
     return found
@@ -112,6 +112,15 @@ def test_what_no_effect_is_stays_without_a_name(index: int, unknown: str, tmp_pa
     assert generated("unknown", index, tmp_path).answer.unknown == unknown
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []
+
+
+@pytest.mark.slow
+def test_an_effect_that_another_motion_may_show_none_of_has_no_name_beside_something_unknown(tmp_path: Path) -> None:
+    answer = generated("known_unknown", 192, tmp_path, 9177).answer
+    assert answer.unknown == "friction_that_warms_up" and answer.effects.keys() == {"latency"}
+    report = reported(tmp_path)
+    assert {effect["name"] for effect in report["effects"]} == {"latency"}
+    assert "thermal_drift" in {each["name"] for each in report["refitted"]}
 
 
 @pytest.mark.parametrize(

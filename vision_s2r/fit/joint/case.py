@@ -293,10 +293,9 @@ class JointCase:
 
     def _may_be_none(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether what regimes of this motion ask for leaves room for an effect that vanishes in another."""
-        neutral = {each.name: each.neutral for each in self.library[name].parameters}
         ends = self.intervals_elsewhere(hypothesis)[name]
-        kept = [(low, neutral[key], high) for key, (low, high) in ends.items()]
-        return bool(kept) and all(none is not None and low <= none <= high for low, none, high in kept)
+        none = {each.name: each.neutral for each in self.library[name].parameters if each.neutral is not None}
+        return bool(none) and all(ends[key][0] <= value <= ends[key][1] for key, value in none.items())
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
