@@ -13,13 +13,14 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from vision_s2r.gapbench.generate.compiled import helper
+
 FINE, COARSE = 1e-4, 4e-4  # s: steps for recordings, to measure a severity, at most
 PHASE = 0.03  # rad of a spring's oscillation that a fine step in touch goes through, at most
 INTO = 1e-6  # s after a point's arrival that a step ends
 SLOW = 0.02  # m/s: slower arrivals do not rebound
 ROUNDS, TRIES = 3, 15  # of friction bounds, and of gradient steps in each
 MOST = 8  # points that touch
-helper = numba.njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # compiled code calls these, Python does not
 
 
 class TossedBody(NamedTuple):
@@ -65,7 +66,7 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @helper
 def _put(values: np.ndarray, at: int, new: np.ndarray) -> None:
-    """These numbers from there on; a slice's error message takes longer to compile than all that moves a body."""
+    """These numbers from there on: a slice would have an error message compiled, too."""
     for k in range(len(new)):
         values[at + k] = new[k]
 

@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from vision_s2r.gapbench.generate.compiled import helper
+
 INF = np.inf
-helper = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # compiled code calls these, Python does not
 # Motor's angle and rate, load's angle and rate, torque of a drive that lags, deflection of a hysteresis, what friction
 # remembers, angle and rate of the mount, a servo's error as a filter has it
 State = tuple[float, float, float, float, float, float, float, float, float, float]

@@ -8,12 +8,13 @@ rejection control, 2009), in steps of 25 µs.
 import numpy as np
 from numba import njit
 
+from vision_s2r.gapbench.generate.compiled import helper
 from vision_s2r.gapbench.generate.drive import INF, DriveModel, advance, started
 
 PROFILE_STEP = 2.5e-5  # s
 
 
-@njit(cache=True)
+@helper
 def _time_optimal(error: float, rate: float, most: float, step: float) -> float:
     """The acceleration, of `most` at most, that brings an error and its rate to 0 soonest."""
     reach = most * step * step
@@ -27,7 +28,7 @@ def _time_optimal(error: float, rate: float, most: float, step: float) -> float:
     return -most * (switch / reach - np.sign(switch)) * inner - most * np.sign(switch)
 
 
-@njit(cache=True)
+@helper
 def _profile(place: float, rate: float, target: float, time: float, p: DriveModel) -> tuple[float, float]:
     """Set point and its rate after so long on its way to a target."""
     steps = int(np.ceil(time / PROFILE_STEP))
