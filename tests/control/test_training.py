@@ -175,7 +175,7 @@ def _tamper(path, old, new):
     path.write_bytes(content.replace(old, new))
 
 
-@pytest.mark.parametrize("experiment", [follow, ablate, adr])
+@pytest.mark.parametrize("experiment", [follow, pytest.param(ablate, marks=pytest.mark.slow), adr])
 def test_the_experiments_run_and_end_in_a_picture(tmp_path, experiment):
     picture = experiment(debug(tmp_path))
     assert picture.stat().st_size > 10_000

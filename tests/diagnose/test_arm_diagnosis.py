@@ -133,6 +133,7 @@ def test_two_joints_that_are_off_are_found_together_and_the_first_is_said_to_be_
     assert tilt["status"] == "undecided" and tilt["confusable_with"] == ["shoulder.position_offset"]
 
 
+@pytest.mark.slow
 def test_an_encoder_that_is_off_is_found_beside_a_payload_that_does_most_of_its_work():
     there = {"payload": {"mass": 0.15, "x": 0.1, "y": 0.0, "z": 0.0}, "shoulder.position_offset": {"value": 0.06}}
     report = diagnose_arm(an_arm(whole=there), QUICK).to_dict()
@@ -223,6 +224,7 @@ def test_a_joints_gap_is_closed_where_next_to_nothing_is_left_and_that_near_the_
     assert _Errors(*squares, tip=None, seed=0).closed(0, adequate=0.1) is closed
 
 
+@pytest.mark.slow
 def test_a_gap_that_refitted_values_close_without_a_name_is_not_called_none():
     runs = FreeRuns(an_arm({"elbow": {"viscous_damping": {"value": 2.5}}}))
     settled = _settle(runs, QUICK, 1)

@@ -15,13 +15,12 @@ from vision_s2r.hardware.machines import machines
 REAL = DATA.parents[2] / "shared" / "real"  # logs of real machines, not ours to give away
 JOINTS = ("Elbow", "Jaw", "Pitch", "Rotation", "Wrist_Pitch", "Wrist_Roll")
 MACHINES = ("emps", "sts3250", *(f"so101/{joint}" for joint in JOINTS))
-SLOW = ("joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
+SLOW = ("joint_no_gap", "joint_backlash", "camera_defocus_blur", "camera_lens_distortion")
 
 
 @pytest.mark.parametrize(
     "name",
     [
-        "joint_no_gap",
         "joint_viscous_damping",
         "camera_no_gap",
         *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW),

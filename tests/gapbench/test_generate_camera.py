@@ -218,6 +218,7 @@ def test_a_camera_photographs_what_a_report_asks_for(tmp_path: Path, monkeypatch
     assert scenes.shape == asked.shape
 
 
+@pytest.mark.slow
 def test_the_same_seed_seals_the_same_camera(tmp_path: Path) -> None:
     answers = []
     for name in ("a", "b"):

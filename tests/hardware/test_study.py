@@ -61,6 +61,7 @@ def test_every_recording_is_measured_once_and_tried_on_the_others(tmp_path, monk
     assert ["viscous damping", 1, "1 (100%)", "1 (100%)"] in each and whole[:2] == ["all", len(each)]
 
 
+@pytest.mark.slow
 def test_motions_are_diagnosed_together_and_tried_on_the_rest(tmp_path, monkeypatch):
     for name, seed in (("one", 3), ("two", 4), ("three", 5)):
         write(log(seed), tmp_path / "logs" / "axis" / name)

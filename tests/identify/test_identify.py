@@ -158,7 +158,7 @@ def _together(folder, logs, **options):
     return result, {each["name"]: each["parameters"]["value"] for each in result["effects"]}
 
 
-@pytest.mark.parametrize("method", ["forward", "inverse"])
+@pytest.mark.parametrize("method", ["forward", pytest.param("inverse", marks=pytest.mark.slow)])
 def test_recordings_of_a_joint_have_a_bias_torque_each(tmp_path, method):
     """A load cell's or a driver's zero is set anew each time: one for all would pass for friction and noise."""
     truth = {"viscous_damping": {"value": 0.15}, "coulomb_friction": {"value": 0.05}, "inertia": {"value": 0.018}}

@@ -70,6 +70,7 @@ def test_equal_pictures_cost_nothing_and_gradients_reach_pictures_alone(form: st
     assert all(each.grad is None for each in q_function.parameters())
 
 
+@pytest.mark.slow
 def test_the_perceptual_loss_alone_brings_what_the_policy_sees_nearer(tmp_path: Path) -> None:
     path = policy(tmp_path / "policy.safetensors")
     before, after = (run(tmp_path / str(steps), path, steps) for steps in (1, 80))

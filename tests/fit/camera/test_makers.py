@@ -34,6 +34,7 @@ def test_a_path_between_pixels_by_another_kernel_is_no_defocus() -> None:
     assert case.negligible(both, "defocus_blur")
 
 
+@pytest.mark.slow
 def test_an_interval_holds_for_a_path_that_is_sampled_otherwise() -> None:
     """Both of its ends count in full: it varies by a twentieth more than an even one."""
     length, angle = 1.6, math.radians(-25.0)

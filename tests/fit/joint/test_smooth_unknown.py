@@ -11,6 +11,7 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.one_case import open_case
 
 
+@pytest.mark.slow
 def test_a_lag_of_the_drive_is_no_latency_though_nothing_is_left_with_one() -> None:
     command = steps(5, 200)
     late = lfilter([0.4], [1.0, -0.6], command, axis=1)

@@ -116,6 +116,7 @@ def test_withheld_blur_is_unknown_or_its_twin() -> None:
     assert result["where"][0]["axis"] == "frequency"
 
 
+@pytest.mark.slow
 def test_twice_the_same() -> None:
     pictures = recording({"shot_noise": {"full_well": 300.0}}, 7, count=3)
     first, second = (case_of(pictures).fit(frozenset({"shot_noise"}), range(3), None) for _ in range(2))
