@@ -2,4 +2,7 @@
 
 from numba import njit
 
-helper = njit(no_cpython_wrapper=True, no_cfunc_wrapper=True)  # for what compiled code calls, and Python does not
+helper = njit(  # type: ignore[call-overload]  # its stubs lack these
+    no_cpython_wrapper=True,  # compiled code calls these, Python does not
+    no_cfunc_wrapper=True,
+)
