@@ -63,7 +63,8 @@ class Search:
         final, resembles = named, Names()
         if self._assessor.adequate(named):
             final = self._restore(named)
-        if not self._explained(named) or len(final.names) >= COINCIDENCE:
+        lost = not self._assessor.adequate(final)  # names that explain all, and are not worth it
+        if lost or not self._explained(named) or len(final.names) >= COINCIDENCE:
             named, resembles = self._challenge(named, base)
             final = self._restore(named)
         if contradicted := self._contradicted(final):
