@@ -5,7 +5,6 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
-import pytest
 from recordings import NOMINAL, a_camera, a_joint
 
 from vision_s2r.diagnose import quick_study
@@ -28,7 +27,6 @@ def a_log() -> JointRecording:
     return JointRecording(NOMINAL, 0.01, "rotary", command, position, velocity, np.full(5, 800), tuple(range(5)))
 
 
-@pytest.mark.slow
 def test_a_quick_diagnosis_says_the_same_from_less_and_that_it_was_quick(tmp_path, monkeypatch):
     work = []  # samples that were predicted, by diagnosis
     fit = JointFitter.fit

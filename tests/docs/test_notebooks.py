@@ -7,10 +7,10 @@ import pytest
 from nbclient import NotebookClient
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "notebooks"
-NOTEBOOKS = [pytest.param(path, id=path.stem) for path in sorted(FOLDER.glob("*.ipynb"))]
+SLOW = {"train_with_your_camera": pytest.mark.slow}
+NOTEBOOKS = [pytest.param(path, id=path.stem, marks=SLOW.get(path.stem, ())) for path in sorted(FOLDER.glob("*.ipynb"))]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("path", NOTEBOOKS)
 def test_a_notebook_runs(path, monkeypatch):
     monkeypatch.setenv("MPLBACKEND", "agg")

@@ -13,7 +13,7 @@ from vision_s2r.contact import mesh
 from vision_s2r.errors import UserError
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording, read, write
 
-FUZZ = settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
 
 FEW = settings(FUZZ, max_examples=60)
 
