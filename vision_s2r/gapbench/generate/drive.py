@@ -99,6 +99,10 @@ class DriveModel(NamedTuple):
     runout_phase: float = 0.0
     brake: float = 0.0
     brake_time: float = 0.0
+    film: float = 0.0
+    film_time: float = 1.0
+    film_velocity: float = 1.0
+    driven: float = 0.0
 
 
 def step_of(drive: DriveModel, longest: float = 5e-4) -> float:
@@ -197,6 +201,10 @@ def _dry_friction(t: float, y: State, direction: float, torque: float, p: DriveM
         level += p.memory * np.exp(-((y[6] / p.memory_velocity) ** 2))
     if p.aging > 0:
         level += p.aging * np.log1p(y[6])
+    if p.film > 0:
+        level += p.film * y[6]
+    if direction * torque < 0:
+        level *= 1 - p.driven
     if p.runout > 0:
         level *= 1 + p.runout * np.sin(y[0] + p.runout_phase)
     if t < p.brake_time:
@@ -271,9 +279,11 @@ def _mount(y: State, reaction: float, p: DriveModel) -> float:
 
 @helper
 def _remembered(y: State, p: DriveModel) -> float:
-    """How what friction remembers changes: a velocity that lags, or the age of the contact over a time of 0.1 s."""
+    """How what friction remembers changes: a velocity that lags, a film's lack, the contact's age over 0.1 s."""
     if p.memory > 0:
         return (y[1] - y[6]) / p.memory_time
+    if p.film > 0:
+        return (np.exp(-((y[1] / p.film_velocity) ** 2)) - y[6]) / p.film_time
     return 10.0 - abs(y[1]) * y[6] / p.aging_distance if p.aging > 0 else 0.0
 
 

@@ -131,6 +131,17 @@ def _aging(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Famil
     return lambda x: {"aging": 0.2 * x * scale.torque, "aging_distance": distance}
 
 
+def _film(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A film is squeezed out where the joint is slow, and drawn in where it is fast, and either takes its time."""
+    time, velocity = rng.uniform(0.05, 0.5), rng.uniform(0.1, 0.6)
+    return lambda x: {"film": 0.4 * x * scale.torque, "film_time": time, "film_velocity": velocity}
+
+
+def _driven(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
+    """A gear rubs less where the load drives the motor."""
+    return lambda x: {"driven": 0.95 * x}
+
+
 def _runout(nominal: DriveModel, scale: Scale, rng: np.random.Generator) -> Family:
     """A gear off its centre: dry friction comes and goes once a turn."""
     phase = rng.uniform(0, 2 * np.pi)
@@ -348,6 +359,8 @@ UNKNOWN: dict[str, dict[str, UnknownEffect]] = {
         "bristles": UnknownEffect(_bristles),
         "wandering_sensor_delay": UnknownEffect(sensor=_wandering_sensor),
         "lost_readings": UnknownEffect(sensor=_lost_readings),
+        "squeezed_film": UnknownEffect(_film),
+        "friction_of_a_driven_gear": UnknownEffect(_driven),
     },
     "reporting": {
         "hysteresis": UnknownEffect(_hysteresis),
