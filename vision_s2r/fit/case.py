@@ -219,7 +219,7 @@ class BesideUnknown(Case, Protocol):
 class Elsewhere(Case, Protocol):
     """A case that knows how far values hang on this recording where a hypothesis lacks something."""
 
-    def intervals_elsewhere(self, hypothesis: Hypothesis) -> Mapping[str, Mapping[str, tuple[float, float]]]:
+    def intervals_elsewhere(self, hypothesis: Hypothesis) -> Intervals:
         """95 % intervals of what another recording would say, where the hypothesis lacks something."""
         ...
 

@@ -20,7 +20,7 @@ from scipy.stats import t as student
 from statsmodels.regression.linear_model import OLS
 
 from vision_s2r.errors import UserError
-from vision_s2r.fit.case import Hypothesis, Segments, Values
+from vision_s2r.fit.case import Hypothesis, Intervals, Segments, Values
 from vision_s2r.fit.joint.discrepancy import OWN_BIAS
 from vision_s2r.identify.config import InverseConfig
 from vision_s2r.identify.estimate import Label, ParameterEstimates, offsets
@@ -190,7 +190,7 @@ class Inverse:
         hypothesis = self._hypothesis(theta)
         reach = float(student.ppf(0.975, degrees)) * np.sqrt(np.diag(covariance))
         labels = tuple(COLUMNS[k] for k in self._free)
-        intervals: dict[str, dict[str, tuple[float, float]]] = {effect: {} for effect, _ in labels}
+        intervals: Intervals = {effect: {} for effect, _ in labels}
         for (effect, parameter), value, each in zip(labels, theta, reach, strict=False):
             intervals[effect][parameter] = (float(value - each), float(value + each))
         own = slice(len(labels), len(labels) + self._own.shape[1])

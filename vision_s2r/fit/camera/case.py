@@ -21,7 +21,7 @@ from vision_s2r.fit.camera.screen import CameraScreen
 from vision_s2r.fit.camera.study import Study, open_pictures, study
 from vision_s2r.fit.camera.surfaces import library_of
 from vision_s2r.fit.camera.uncertainty import CameraUncertainty
-from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Intervals, Names, Samples, Segments, confusable
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
 
@@ -165,7 +165,7 @@ class CameraCase:
         """No: pictures are of one instant."""
         return False
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
         return self._uncertainty.intervals(hypothesis)
 

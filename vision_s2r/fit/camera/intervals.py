@@ -1,6 +1,5 @@
 """How well a recording determines the parameters of a hypothesis, from how its frames differ."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,7 @@ from vision_s2r.fit.camera.elimination import neutral_point
 from vision_s2r.fit.camera.fitting import Target, columns, normal
 from vision_s2r.fit.camera.prediction import Pictures, Stages, without_encoder
 from vision_s2r.fit.camera.weighing import told_otherwise
-from vision_s2r.fit.case import Values
+from vision_s2r.fit.case import Intervals, Values
 
 if TYPE_CHECKING:
     from vision_s2r.fit.camera.study import Study
@@ -33,7 +32,7 @@ _AMBIENT, _DIRECTION = 0.005, 0.01  # how well the renderer's own light is known
 class Spread:
     """Intervals (95 %) by effect and parameter, and of each effect the relative difference between groups of frames."""
 
-    intervals: dict[str, dict[str, tuple[float, float]]]
+    intervals: Intervals
     relative: dict[str, float]
 
 
@@ -53,7 +52,7 @@ def spread(target: Target, study: "Study", values: Values) -> Spread:
         vectors.append(equations.vector)
         changes = [_change(target, other, values, segment) for other in others]
         moved.append([normal(target, slopes, change, [segment]).vector for change in changes])
-    intervals: dict[str, dict[str, tuple[float, float]]] = {}
+    intervals: Intervals = {}
     relative: dict[str, float] = {}
     if names:
         matrix, scores = np.array(matrices), np.array(vectors)
@@ -182,6 +181,3 @@ def _plateau(name: str, key: str, value: float, target: Target) -> tuple[float, 
     width = target.pictures.optics.width * target.pictures.optics.pixel
     cells = round(width / value)
     return width / (cells + 0.5), width / max(cells - 0.5, 0.5)
-
-
-Intervals = Mapping[str, Mapping[str, tuple[float, float]]]

@@ -9,7 +9,7 @@ from vision_s2r.fit.camera.fitter import CameraFitter
 from vision_s2r.fit.camera.intervals import Spread, spread
 from vision_s2r.fit.camera.predictor import key_of
 from vision_s2r.fit.camera.study import Study
-from vision_s2r.fit.case import Hypothesis, Values
+from vision_s2r.fit.case import Hypothesis, Intervals, Values
 
 _GRAIN = 0.03  # of a grain's strength and length, that its form leaves open
 _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like what is behind
@@ -22,16 +22,16 @@ class CameraUncertainty:
         self._study, self._fitter = study, fitter
         self._spreads: dict[tuple[object, ...], Spread] = {}
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
         return self.spread(hypothesis).intervals | self._intervals_apart(hypothesis)
 
-    def _intervals_apart(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def _intervals_apart(self, hypothesis: Hypothesis) -> Intervals:
         """By leaving out groups of frames in turn (jackknife)."""
         names, groups = at_stage(hypothesis.values, *APART), min(4, self._study.count)
         rest = [[k for k in range(self._study.count) if k % groups != group] for group in range(groups)]
         left = [self._fitter.fit_apart(hypothesis.values, names, some) for some in rest]
-        found: dict[str, dict[str, tuple[float, float]]] = {}
+        found: Intervals = {}
         for name in names:
             for key, value in hypothesis.values[name].items():
                 each = np.array([one[name][key] for one in left])

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS
-from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.case import Hypothesis, Intervals
 from vision_s2r.fit.contact.effect import CONTACT_FITS
 from vision_s2r.fit.contact.fitter import ContactFitter
 from vision_s2r.fit.contact.space import ContactSpace
@@ -22,12 +22,10 @@ DOUBLINGS = 8  # … by so many doublings, or halvings, at most
 AT_BOUND = 0.01  # of the range
 
 
-def intervals(
-    fitter: ContactFitter, hypothesis: Hypothesis, level: float = 0.95
-) -> dict[str, dict[str, tuple[float, float]]]:
+def intervals(fitter: ContactFitter, hypothesis: Hypothesis, level: float = 0.95) -> Intervals:
     """Interval of every parameter of the hypothesis' effects."""
     space, point, curvature, slope = fitter.derived(hypothesis)
-    out: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in space.effects}
+    out: Intervals = {name: {} for name in space.effects}
     inverse = _inverse(curvature.sum(axis=0) + np.diag(space.prior**-2.0))
     episodes = len(slope)
     inner = np.einsum("ed,ef->df", slope, slope) * episodes / max(episodes - 1, 1)

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
 
-from vision_s2r.fit.case import Hypothesis
+from vision_s2r.fit.case import Hypothesis, Intervals
 from vision_s2r.fit.joint.disturbance import DISTURBANCE, beside
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.observer import Observer
@@ -138,11 +138,11 @@ def blocks(segment: np.ndarray, length: int) -> tuple[np.ndarray, np.ndarray]:
     return labels, np.array(owners)
 
 
-def intervals(of: BlockScores, level: float = 0.95) -> dict[str, dict[str, tuple[float, float]]]:
+def intervals(of: BlockScores, level: float = 0.95) -> Intervals:
     """Interval of every parameter."""
     space = of.space
     row = space.machines(of.point[None])[0]
-    out: dict[str, dict[str, tuple[float, float]]] = {name: {} for name in space.effects}
+    out: Intervals = {name: {} for name in space.effects}
     for c, reach in zip(space.coordinates, _sandwich(of, level)[1], strict=False):
         value = float(row[c.column])
         if c.log:

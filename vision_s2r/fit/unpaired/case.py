@@ -14,7 +14,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.surfaces import library_of
-from vision_s2r.fit.case import Experiment, Hypothesis, Names, Samples, Segments, Values, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Intervals, Names, Samples, Segments, Values, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.axes import axes
 from vision_s2r.fit.unpaired.intervals import intervals
@@ -204,7 +204,7 @@ class UnpairedCase:
         """No: pictures are of one instant."""
         return False
 
-    def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
+    def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
 

@@ -4,16 +4,14 @@ import numpy as np
 from scipy.special import stdtrit
 
 from vision_s2r.camera import CAMERA_EFFECTS
-from vision_s2r.fit.case import Values
+from vision_s2r.fit.case import Intervals, Values
 from vision_s2r.fit.unpaired.fitting import UnpairedFitter
 from vision_s2r.fit.unpaired.space import chart, of_whole, pack, stepped, to_whole, unpack, wholes
 
 _DRAWS = 500
 
 
-def intervals(
-    fitter: UnpairedFitter, real: np.ndarray, values: Values, free: np.ndarray
-) -> dict[str, dict[str, tuple[float, float]]]:
+def intervals(fitter: UnpairedFitter, real: np.ndarray, values: Values, free: np.ndarray) -> Intervals:
     """95 % intervals of every parameter, of statistics `real` [N, K].
 
     The sandwich of a fit whose weights need not be right: each picture of either set pulls at the parameters, and the
