@@ -86,3 +86,12 @@ def test_a_friction_may_go_by_the_way_since_the_joint_turned_around() -> None:
     assert grows[fast[1:] & fast[:-1]].all()
     turned = np.flatnonzero(np.diff(np.sign(track.observed[0, :, 1])[fast]))
     assert len(turned) >= 5 and (way[fast][turned] > 1.5 * way[fast][turned + 1]).all()
+
+
+def test_the_evidence_of_effects_is_the_same_wherever_their_fit_begins() -> None:
+    """Functions that turn out to be nothing cost nothing, though a fit that begins at its end has no way to go."""
+    case = open_case(a_log({"cogging": {"amplitude": 0.05, "teeth": 8}}, steps(8, 100), (1e-3, 2e-2)))
+    names = frozenset({"cogging"}) | case.refitted | frozenset(case.discrepancies)
+    first = case.fit(names, range(case.segments), case.fit(frozenset({"cogging"}), range(case.segments), None))
+    again = case.fit(names, range(case.segments), first)
+    assert again.extra["evidence"] == pytest.approx(first.extra["evidence"], abs=0.3)

@@ -153,7 +153,7 @@ class SmoothUnknown:
             variances, step = _likeliest(linear, variances)
             point, cost, gained = self._downhill(linear, variances, step)
             found = linear.layout.space.hypothesis(point, {})
-            if gained < SETTLED:
+            if gained < SETTLED and all(variance > NOTHING for variance in variances.values()):
                 break
         return self._with_evidence(linear.layout.space, point, variances, -cost - _complexity(linear, variances))
 
