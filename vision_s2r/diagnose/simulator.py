@@ -64,16 +64,17 @@ def simulator_at_end(case: Case, assessor: Assessor, found: Found, firm: Names) 
 def _identified(case: Case, assessor: Assessor, found: Found) -> Simulator:
     """No effect but what is certain, and every nominal parameter.
 
-    A gain takes the place of one of them where that is better, or says the same beside a value that is no guess.
+    A gain takes the place of one of them that is no guess, where that says the same. A guess may be as far off as the
+    gain: what one motion is better with for its sake, others are worse with.
     """
     whole = found.identified
-    best = simulator_of(case, assessor, whole, whole.names)
     for names in case.simplify(whole.names)[:1]:
+        if whole.names - names <= case.guessed:
+            continue
         gain = assessor.one(names)
-        other = simulator_of(case, assessor, gain, names)
-        same = whole.score - gain.score <= assessor.cfg.evidence and not whole.names - names <= case.guessed
-        best = other if same else _better(other, best)
-    return best
+        if whole.score - gain.score <= assessor.cfg.evidence:
+            return simulator_of(case, assessor, gain, names)
+    return simulator_of(case, assessor, whole, whole.names)
 
 
 def _better(other: Simulator, best: Simulator) -> Simulator:
