@@ -9,10 +9,6 @@ from scipy.signal import lfilter
 from tests.identify.machines import a_log, steps
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.one_case import open_case
-from vision_s2r.fit.joint.discrepancy import DISCREPANCIES
-from vision_s2r.gapbench.generate import joint
-from vision_s2r.gapbench.generate.unknown import UNKNOWN
-from vision_s2r.recording import read
 
 
 @pytest.mark.slow
@@ -62,30 +58,6 @@ def test_commands_that_a_drive_holds_are_told_from_late_ones() -> None:
     for log, wavers in ((held, True), (a_log({"latency": {"delay": 0.02}}, sent, (1e-4, 2e-3)), False)):
         case = open_case(log)
         assert case.wavers(case.fit(frozenset({"latency"}), range(case.segments), None), "latency") == wavers
-
-
-@pytest.mark.slow
-def test_a_film_that_is_squeezed_out_and_drawn_in_late_is_no_stribeck_friction(tmp_path) -> None:
-    """Its friction is larger where the joint is slow, too, but late: a load-dependent Stribeck friction had done it."""
-    kinds = list(UNKNOWN["tuning"])
-    film = kinds.index("squeezed_film")
-    joint.machine("unknown", film + len(kinds), "tuning", np.random.default_rng([9181, film, 1])).write(tmp_path)
-    report = diagnose(read(tmp_path))
-    assert report.verdict == "unexplained" and not report.effects
-    assert report.unexplained.resembles[0] == "a dry friction that follows the speed with a lag"
-
-
-def test_a_friction_may_go_by_the_way_since_the_joint_turned_around() -> None:
-    """Up and down between two turning points: from each the way begins anew."""
-    log = a_log({}, np.sin(0.1 * np.arange(200))[None].repeat(5, axis=0), (1e-6, 1e-6))
-    track = open_case(log).track
-    friction = DISCREPANCIES["friction_of_travel"](track, track.scales)
-    fast = np.abs(track.observed[0, :, 1]) > 0.3 * track.scales.speed
-    way = -friction.load(np.arange(float(friction.size)))[0] * np.sign(track.observed[0, :, 1])
-    grows = np.diff(way) > 0
-    assert grows[fast[1:] & fast[:-1]].all()
-    turned = np.flatnonzero(np.diff(np.sign(track.observed[0, :, 1])[fast]))
-    assert len(turned) >= 5 and (way[fast][turned] > 1.5 * way[fast][turned + 1]).all()
 
 
 def test_the_evidence_of_effects_is_the_same_wherever_their_fit_begins() -> None:

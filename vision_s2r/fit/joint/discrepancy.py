@@ -98,7 +98,7 @@ def _friction_over(axis: str) -> Callable[[JointTrack, JointScales], Discrepancy
 
     def build(track: JointTrack, scales: JointScales) -> Discrepancy:
         value, knots = _along(axis, track)
-        against = -np.tanh(_speed(track) / (STILL * scales.speed))
+        against = -np.tanh(np.nan_to_num(track.observed[..., 1]) / (STILL * scales.speed))
         bound, prior = (np.full(len(knots), times * scales.peak_torque) for times in (3, 0.5))
 
         def load(heights: np.ndarray) -> np.ndarray:
@@ -111,46 +111,17 @@ def _friction_over(axis: str) -> Callable[[JointTrack, JointScales], Discrepancy
 
 def _along(axis: str, track: JointTrack) -> tuple[np.ndarray, np.ndarray]:
     """What is measured [E, T], and knots over it."""
-    value = np.nan_to_num((MEASURED | REMEMBERED)[axis](track))
+    value = np.nan_to_num(MEASURED[axis](track))
     low, high, count = _places(track) if axis == "position" else (value.min(), value.max(), GAIN_KNOTS)
     return value, np.linspace(low, max(high, low + 1e-9), count)
 
 
-def _speed(track: JointTrack) -> np.ndarray:
-    """Measured [E, T], with its sign; beyond an episode's end 0."""
-    return np.nan_to_num(track.observed[..., 1])
-
-
 MEASURED: dict[str, Callable[[JointTrack], np.ndarray]] = {  # [E, T]
     "position": lambda track: track.position,
-    "velocity": _speed,
+    "velocity": lambda track: track.observed[..., 1],
     "time": lambda track: track.time - track.time[:, :1],
-    "power": lambda track: np.maximum(track.torque * _speed(track), 0.0),
+    "power": lambda track: np.maximum(track.torque * track.observed[..., 1], 0.0),
 }
-
-
-LATE = 0.1  # s, about, that contacts and films take to follow the speed
-
-
-def _slowed_speed(track: JointTrack) -> np.ndarray:
-    """How fast the joint was of late [E, T], in its logarithm."""
-    speed, decay = np.abs(_speed(track)), np.exp(-track.sample_time / LATE)
-    slowed, _ = lfilter([1 - decay], [1, -decay], speed, axis=1, zi=decay * speed[:, :1])
-    return np.asarray(np.log(slowed + STILL * track.scales.speed))
-
-
-def _travel(track: JointTrack) -> np.ndarray:
-    """How far the joint went since it turned around [E, T], in its logarithm."""
-    speed, still = _speed(track), STILL * track.scales.speed
-    gone, rows = np.cumsum(np.abs(speed), axis=1) * track.sample_time, np.arange(speed.shape[1])
-    moved = np.maximum.accumulate(np.where(np.abs(speed) > still, rows, 0), axis=1)  # the last row that moves
-    direction = np.sign(np.take_along_axis(speed, moved, axis=1))
-    turned = np.diff(direction, axis=1, prepend=direction[:, :1]) != 0
-    return np.asarray(np.log(gone - np.maximum.accumulate(turned * gone, axis=1) + still * LATE))
-
-
-# What friction may go by beside position and time: how it remembers where it was, and how it was moved
-REMEMBERED: dict[str, Callable[[JointTrack], np.ndarray]] = {"slowed_speed": _slowed_speed, "travel": _travel}
 
 
 def _gain(track: JointTrack, scales: JointScales) -> Discrepancy:
@@ -255,7 +226,7 @@ DISCREPANCIES: dict[str, Callable[[JointTrack, JointScales], Discrepancy]] = {
     "drive_lag": _lag,
     "sensor_nonlinearity": _sensor,
     **{f"gain_of_{axis}": _gain_over(axis) for axis in MEASURED},
-    **{f"friction_of_{axis}": _friction_over(axis) for axis in ("position", "time", *REMEMBERED)},
+    **{f"friction_of_{axis}": _friction_over(axis) for axis in ("position", "time")},
     OWN_BIAS: _own_bias,
     OWN_OFFSET: _own_offset,
 }
@@ -272,6 +243,4 @@ MEANINGS = {
     "gain_of_power": "a drive that gives less or more torque the more power it draws",
     "friction_of_position": "a dry friction that depends on position",
     "friction_of_time": "a dry friction that changes with the time since the start of an episode",
-    "friction_of_slowed_speed": "a dry friction that follows the speed with a lag",
-    "friction_of_travel": "a dry friction that depends on how far the joint went since it turned around",
 }
