@@ -296,6 +296,16 @@ def test_effects_that_leave_no_more_without_the_unknown_are_in_the_simulator_as_
     assert simulator.hypothesis.values["curve"]["size"] == pytest.approx(0.4, abs=0.05)
 
 
+@pytest.mark.parametrize(("size", "named", "stays"), [(0.25, False, False), (0.25, True, True), (1.0, False, True)])
+def test_an_effect_without_a_name_stays_in_the_simulator_where_it_helps(size: float, named: bool, stays: bool) -> None:
+    """One with a name has to do no harm."""
+    it = Curves(recording(1, wave=size, other=np.sin(40 * np.pi * T)))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    bare, final, wave = assessor.one(it.refitted), assessor.one(it.refitted | {"wave"}), frozenset({"wave"})
+    found = Found(final, bare, assessor.one(Names()), bare, wave if named else Names(), Names(), (), False)
+    assert ("wave" in simulator_at_end(it, assessor, found, Names()).names) == stays
+
+
 def test_an_effect_whose_work_an_unknown_does_is_undecided_and_one_that_nothing_asks_for_is_absent() -> None:
     found = diagnosed(recording(5, wave=1.0, other=2.0 * np.cos(4 * np.pi * T)), known=True, beside=True)
     status = {line["name"]: line["status"] for line in found["candidates"]}

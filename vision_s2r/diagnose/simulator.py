@@ -50,8 +50,7 @@ def simulator_at_end(case: Case, assessor: Assessor, found: Found, firm: Names) 
         identified = _identified(case, assessor, found)
         anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
         best = _better(simulator_of(case, assessor, anew, anew.names), best)
-        plain = best.names - case.refitted <= frozenset(case.certain)
-        best = identified if plain else _better(identified, best)
+        best = _of_effects(effects - frozenset(case.certain), found.effects, best, identified)
         if firm:  # as they are beside the unknown; or fitted without it, where they leave about as little
             anew = assessor.one(found.effects | found.identified.names, found.final.hypothesis)
             alone = anew.rest <= MOST * max(found.final.rest, assessor.cfg.adequate)
@@ -59,6 +58,13 @@ def simulator_at_end(case: Case, assessor: Assessor, found: Found, firm: Names) 
             others = [simulator_of(case, assessor, each, each.names - found.unknown) for each in fits]
             best = min(best, *others, key=lambda each: each.left)
     return best if best.left < nominal.left else nominal
+
+
+def _of_effects(effects: Names, named: Names, best: Simulator, identified: Simulator) -> Simulator:
+    """The simulator with these effects or without: named ones have to do no harm there, those without a name help."""
+    if not effects:
+        return identified
+    return _better(identified, best) if effects & named else _better(best, identified)
 
 
 def _identified(case: Case, assessor: Assessor, found: Found) -> Simulator:
