@@ -306,6 +306,22 @@ def test_an_effect_without_a_name_stays_in_the_simulator_where_it_helps(size: fl
     assert ("wave" in simulator_at_end(it, assessor, found, Names()).names) == stays
 
 
+@pytest.mark.parametrize("guessed", [True, False])
+def test_a_gain_takes_the_place_of_what_is_known_and_not_of_a_guess(guessed: bool) -> None:
+    """Though this recording is better with it: others were worse."""
+
+    class Scaled(Curves):
+        def simplify(self, names: Names) -> list[Names]:
+            return [names - {"slope"} | {"curve"}]
+
+    y = recording(1, curve=0.5, other=np.sin(40 * np.pi * T))
+    it = Scaled(y, guessed=frozenset({"slope"}) if guessed else Names())
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    bare = assessor.one(it.refitted)
+    found = Found(bare, bare, assessor.one(Names()), bare, Names(), Names(), (), False)
+    assert ("curve" in simulator_at_end(it, assessor, found, Names()).names) != guessed
+
+
 def test_an_effect_whose_work_an_unknown_does_is_undecided_and_one_that_nothing_asks_for_is_absent() -> None:
     found = diagnosed(recording(5, wave=1.0, other=2.0 * np.cos(4 * np.pi * T)), known=True, beside=True)
     status = {line["name"]: line["status"] for line in found["candidates"]}
