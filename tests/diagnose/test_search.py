@@ -314,7 +314,7 @@ def test_a_gain_takes_the_place_of_what_is_known_and_not_of_a_guess(guessed: boo
         def simplify(self, names: Names) -> list[Names]:
             return [names - {"slope"} | {"curve"}]
 
-    y = recording(1, curve=0.5, other=np.sin(40 * np.pi * T))
+    y = recording(1, curve=2.0, other=np.sin(40 * np.pi * T))
     it = Scaled(y, guessed=frozenset({"slope"}) if guessed else Names())
     assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
     bare = assessor.one(it.refitted)
