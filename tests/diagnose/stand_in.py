@@ -144,6 +144,10 @@ class Curves:
         """No: nothing moves."""
         return False
 
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: all recordings have the same curves."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> dict[str, dict[str, tuple[float, float]]]:
         return {n: {"size": (v["size"] - self.reach, v["size"] + self.reach)} for n, v in hypothesis.values.items()}
 

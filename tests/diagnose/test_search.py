@@ -306,6 +306,19 @@ def test_an_effect_without_a_name_stays_in_the_simulator_where_it_helps(size: fl
     assert ("wave" in simulator_at_end(it, assessor, found, Names()).names) == stays
 
 
+@pytest.mark.parametrize("fleeting", [True, False])
+def test_what_another_recording_may_show_none_of_is_in_no_simulator(fleeting: bool) -> None:
+    class Fleeting(Curves):
+        def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+            return fleeting
+
+    it = Fleeting(recording(4, wave=1.0, other=np.sin(40 * np.pi * T)))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    found = report(it, assessor, settle(it, assessor, Search(it, assessor).run()))[0]
+    assert names(found) == (set() if fleeting else {"wave"})
+    assert {each["name"] for each in found["refitted"]} == {"offset", "slope"}
+
+
 @pytest.mark.parametrize("guessed", [True, False])
 def test_a_gain_takes_the_place_of_what_is_known_and_not_of_a_guess(guessed: bool) -> None:
     """Though this recording is better with it: others were worse."""

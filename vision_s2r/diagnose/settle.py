@@ -84,8 +84,10 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
         doubted = bool(case.guessed) or found.final.evidence is not None  # by what nobody knows, or by an unknown
         vague = is_open(found) and doubted and not is_known(case, found.final, name)
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
-        vanishing = _of_noise(assessor, found, name, share) or vague or vain
-        wavering = is_open(found) and case.wavers(settled.source(name)[1], name)
+        fit = settled.source(name)[1]
+        elsewhere = is_open(found) and case.may_vanish(fit, name)  # and so the simulator is to have none of it, too
+        vanishing = _of_noise(assessor, found, name, share) or vague or vain or elsewhere
+        wavering = is_open(found) and case.wavers(fit, name)
         if little or vanishing or wavering:
             stays = wavering or not (firm or vanishing)  # as large as it is on average
             helps = is_open(found) and bool(case.refitted or assessor.cfg.plain) and stays

@@ -188,7 +188,11 @@ class Case(Protocol):
         ...
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Whether most of what is left is its doing, at sizes that differ from instant to instant, or that may be 0."""
+        """Whether most of what is left is its doing, at sizes that differ from instant to instant."""
+        ...
+
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether another recording may show none of it, where something is left."""
         ...
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:

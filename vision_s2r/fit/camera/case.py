@@ -165,6 +165,10 @@ class CameraCase:
         """No: pictures are of one instant."""
         return False
 
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: a camera has it in all its pictures."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
         return self._uncertainty.intervals(hypothesis)

@@ -199,6 +199,10 @@ class ContactCase:
         """No: tosses are too short to tell."""
         return False
 
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: tosses are as unlike as recordings of them."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter."""
         return uncertainty.intervals(self._fitter, hypothesis) if hypothesis.values else {}

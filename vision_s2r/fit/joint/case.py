@@ -276,10 +276,6 @@ class JointCase:
         return False
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Of its steadiest parameter, from instant to instant, or from motion to motion, one of which may show none."""
-        return self._wavers(hypothesis, name) or self._may_be_none(hypothesis, name)
-
-    def _wavers(self, hypothesis: Hypothesis, name: str) -> bool:
         """From window to window, and of some effects from instant to instant."""
         here, segment = self._linearized(hypothesis), self.track.segment
         share, apart = uncertainty.waver(here, name, segment)
@@ -291,7 +287,7 @@ class JointCase:
         found = [uncertainty.waver(each, name, segment, INSTANT) for each in views]
         return all(share > ALONG_INSTANTS and apart > UNLIKE for share, apart in found)
 
-    def _may_be_none(self, hypothesis: Hypothesis, name: str) -> bool:
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether what regimes of this motion ask for leaves room for an effect that vanishes in another."""
         ends = self.intervals_elsewhere(hypothesis)[name]
         none = {each.name: each.neutral for each in self.library[name].parameters if each.neutral is not None}
@@ -353,7 +349,7 @@ class JointCase:
         unsteady = [
             f"{name.replace('_', ' ')} of another size from instant to instant"
             for name in effects
-            if self._wavers(hypothesis, name)
+            if self.wavers(hypothesis, name)
         ]
         if not self.recording.servo:
             return unsteady + [INSTANTS] * (DISTURBANCE in final.extra)

@@ -204,6 +204,10 @@ class UnpairedCase:
         """No: pictures are of one instant."""
         return False
 
+    def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
+        """No: a camera has it in all its pictures."""
+        return False
+
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter of `values`, from how it varies over the pictures of both sets."""
         return intervals(self._fitter, self._real, hypothesis.values, self._free(frozenset(hypothesis.extra)))
