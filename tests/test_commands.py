@@ -46,6 +46,7 @@ def test_every_script_is_a_door_to_a_command_and_every_command_has_one():
         (["daignose"], "error: no command 'daignose': did you mean 'diagnose'?"),
         (["control", "folow"], "error: control: no command 'folow': did you mean 'follow'?"),
         (["diagnose", "recordin=x"], "error: unknown configuration key 'recordin': did you mean 'recording'?"),
+        (["import", "columns={t: time}"], "error: configuration key 'columns': names are added to it: +columns={…}"),
         (["completion", "fish"], "error: completion: no shell 'fish': did you mean 'zsh'?"),
     ],
 )

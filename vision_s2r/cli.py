@@ -120,6 +120,8 @@ def _explain(message: str, base: DictConfig) -> str:
         return " ".join(message.split())
     keys = _keys(OmegaConf.to_container(base))
     key = found[1]
+    if isinstance(OmegaConf.select(base, key), DictConfig):
+        return f"configuration key '{key}': names are added to it: +{key}={{…}}"
     if key in keys:
         return f"configuration key '{key}': {message.splitlines()[0]}"
     return f"unknown configuration key '{key}': {nearest(key, keys)}"

@@ -118,6 +118,9 @@ def test_any_table_is_read_by_the_names_of_its_columns(tmp_path):
     options.drive = ""
     with pytest.raises(UserError, match=r"nominal.inertia.*control.proportional is not known"):
         import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
+    del options.columns["t"]
+    with pytest.raises(UserError, match=r"no column t among time, angle, goal, spare; .*\+columns=\{t: THEIR_NAME\}"):
+        import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)
     options.columns["position"] = "angel"
     with pytest.raises(UserError, match="no column 'angel', did you mean 'angle'"):
         import_recording("csv", tmp_path / "log.csv", tmp_path / "again", options)

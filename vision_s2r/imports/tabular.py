@@ -33,8 +33,12 @@ def load(path: Path, options: ImportOptions) -> list[JointTable]:
         if ours not in COLUMNS:
             raise UserError(f"columns: '{ours}' is none of ours, {nearest(ours, COLUMNS)}")
     columns.setdefault("episode", np.zeros(len(table)))
-    if "t" not in columns or "position" not in columns:
-        raise UserError(f"{path}: expected t and position, as columns={{t: THEIR_NAME, position: THEIR_NAME}}")
+    for ours in ("t", "position"):
+        if ours not in columns:
+            theirs = ", ".join(map(str, table.columns))
+            raise UserError(
+                f"{path}: no column {ours} among {theirs}; say which it is: +columns={{{ours}: THEIR_NAME}}"
+            )
     known = {options.columns.get(ours, ours) for ours in columns}
     left_out = {str(name): "not asked for" for name in table.columns if name not in known}
     return [JointTable(path.stem, columns, "", left_out=left_out)]
