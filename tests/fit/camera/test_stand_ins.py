@@ -15,6 +15,8 @@ from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.fit.camera.area import area_of, seen_behind
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.consistency import disagreement
+from vision_s2r.fit.camera.discrepancy import DISCREPANCIES, RANDOM, told_by
+from vision_s2r.fit.camera.grain import TOLD
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -180,16 +182,29 @@ def labelled(made: CameraRecording) -> CameraRecording:
     return replace(made, labels=labels)
 
 
+def test_few_levels_or_pixels_of_their_own_gain_tell_what_is_left_and_nothing_tells_a_grain() -> None:
+    field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
+    grain, counted = 0.15 * F.avg_pool2d(field, 5, 1, 2), torch.ones(MANY, 1, SIZE, SIZE)
+    kinds = DISCREPANCIES.keys() - RANDOM
+    told = [
+        told_by(kinds, real - many(), many(), counted)
+        for real in ((many() * 24).round() / 24, many() * (1 + grain[:1]), many() * (1 + grain))
+    ]
+    assert min(told[:2]) > 0.5 > TOLD > told[2]
+
+
 @pytest.mark.slow
-def test_frames_that_are_mixed_have_no_grain() -> None:
+def test_what_something_tells_is_no_grain() -> None:
+    """The frame before, few levels, pixels of gains of their own."""
     texture = Hypothesis({"1.texture": {"amplitude": 0.05, "scale": 3.0}})
     field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
     grain = 1 + 0.15 * F.avg_pool2d(field, 5, 1, 2)
-    for real, mixed in ((0.8 * many() + 0.2 * many().roll(1, 0), True), (many() * grain, False)):
+    mixed, steps = 0.8 * many() + 0.2 * many().roll(1, 0), (many() * 24).round() / 24
+    for real, told in ((mixed, True), (steps, True), (many() * grain[:1], True), (many() * grain, False)):
         made = labelled(seen(many(), real))
         case = CameraCase.open(made, {effect.name: effect for effect in PICTURE_EFFECTS})
-        assert case.contradicted(texture, "1.texture") is mixed
-        assert case.suspicious(texture, "1.texture") is mixed
+        assert case.contradicted(texture, "1.texture") is told
+        assert case.suspicious(texture, "1.texture") is told
 
 
 def test_what_is_wrong_everywhere_is_no_missing_object() -> None:

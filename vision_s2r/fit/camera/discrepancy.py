@@ -3,7 +3,7 @@
 A camera that differs by something unknown would otherwise be told as whatever effects come near it.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -37,6 +37,7 @@ IMITATING = {  # unknowns that may do the work of effects of a stage, which are 
     "tone": frozenset({"tone_curve", "colour_mixing", "flicker"}),
 }
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
+RANDOM = LATENT | {"outliers"}  # what they fit, or some of it, may be of anything that is random
 _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
@@ -213,6 +214,17 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost), strict=True):
         added += coefficient * wave
     return added
+
+
+def told_by(kinds: Collection[str], residual: Tensor, mean: Tensor, weight: Weights) -> float:
+    """The largest share of residuals [B, C, H, W] that an unknown of one of these kinds takes away."""
+    whole = (weight * residual.square()).double().sum().clamp(min=1e-12)
+
+    def left(name: str) -> Tensor:
+        added = add(name, fit(name, residual, mean, weight), mean, residual, weight)
+        return (weight * (residual - added).square()).double().sum()
+
+    return float(1 - min(left(name) for name in kinds) / whole)
 
 
 def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weight: Weights) -> np.ndarray:

@@ -23,10 +23,10 @@ from vision_s2r.fit.camera.consistency import (
     disagreement,
 )
 from vision_s2r.fit.camera.coordinates import at_scale
-from vision_s2r.fit.camera.discrepancy import IMITATING
+from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available, told_by
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
-from vision_s2r.fit.camera.grain import REMEMBERED, of_frame_before
+from vision_s2r.fit.camera.grain import TOLD, of_frame_before
 from vision_s2r.fit.camera.predictor import CameraPredictor
 from vision_s2r.fit.camera.scoring import predicted_noise
 from vision_s2r.fit.camera.study import Study
@@ -136,10 +136,10 @@ class CameraDoubts:
             ):
                 return True
         stage = CAMERA_FITS[name].stage
+        if stage in ("grain", "noise"):
+            return self._told(hypothesis, stage)
         if stage in APART:
-            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
-        if stage == "noise" and "levels" in hypothesis.extra:  # what steps leave looks as random
-            return bool(hypothesis.extra["levels"].coefficients.size)
+            return self._shows_behind(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
         if self._stands_in(hypothesis, name, EVERY if stage in ("light", "tone") else GEOMETRIC):
             return True
@@ -153,8 +153,10 @@ class CameraDoubts:
         Or edges that run another way, of what moves or blurs them; or whether pictures are sharp that it blurs.
         """
         stage = CAMERA_FITS[name].stage
+        if stage == "grain":
+            return self._told(hypothesis, stage)
         if stage in APART:
-            return self._mixed(hypothesis.values) if stage == "grain" else self._shows_behind(hypothesis.values, name)
+            return self._shows_behind(hypothesis.values, name)
         return self._stands_in(hypothesis, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
 
     def _stands_in(self, hypothesis: Hypothesis, name: str, axes: Sequence[str]) -> bool:
@@ -163,12 +165,21 @@ class CameraDoubts:
         return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis, name)
 
     @torch.inference_mode()
-    def _mixed(self, values: Values) -> bool:
-        """Whether what is left shows the frame before, and so is no grain."""
-        pictures, yardstick = self._study.pictures, self._study.yardstick
-        mean = self._predictor.frames(values, range(self._study.count), lit=True)[0]
-        left = pictures.real - self._predictor.encoded(mean, values)
-        return of_frame_before(left, mean, yardstick.counted) > REMEMBERED
+    def _told(self, hypothesis: Hypothesis, stage: str) -> bool:
+        """Whether what is left is not random, as a noise or a grain is: values have few levels, whose steps tell it.
+
+        Or, of a grain, the frame before tells it, or an unknown of some kind that is not there yet.
+        """
+        asked, counted = range(self._study.count), self._study.yardstick.counted
+        beside = {kind: fitted for kind, fitted in hypothesis.extra.items() if kind != "levels"}
+        mean = self._predictor.frames(hypothesis.values, asked, lit=True)[0]
+        left = self._predictor.residual(Hypothesis(hypothesis.values, beside), asked, lit=True)[0]
+        kinds = {"levels"}
+        if stage == "grain":
+            if of_frame_before(left, mean, counted) > TOLD:
+                return True
+            kinds = set(available(left.shape[1] == 1)) - RANDOM - set(beside)
+        return told_by(kinds, left, mean, counted.float()) > TOLD
 
     @torch.inference_mode()
     def _shows_behind(self, values: Values, name: str) -> bool:

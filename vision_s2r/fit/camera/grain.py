@@ -22,7 +22,7 @@ _LEAST_SPREAD = 0.8 / 255  # coded, that a surface's grain has to have
 _FALLEN = 0.25  # of the autocovariance at one px: as far as it is fitted
 _TOP, _CONCENTRATED = 0.05, 0.5  # share of the pixels; share of the squares that is in them, if they are few places
 _PASSES = 3  # of what a frame's mean takes, which depends on the grain
-REMEMBERED = 0.1  # share of what is left that is of the frame before, from which it is no grain
+TOLD = 0.1  # share of what is left that something tells, the frame before or an unknown, from which it is no grain
 _ROUND = 3.0  # times as far correlated along one axis as along the other, that no grain is
 
 
