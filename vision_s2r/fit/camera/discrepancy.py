@@ -196,7 +196,7 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
         return torch.zeros_like(mean)
     if name == "levels":
         levels = torch.from_numpy(fitted.coefficients).float()
-        return levels[torch.bucketize(mean, (levels[1:] + levels[:-1]) / 2)] - mean
+        return levels[torch.bucketize(mean.contiguous(), (levels[1:] + levels[:-1]) / 2)] - mean
     if name == "row_noise":
         total = weight.expand_as(residual).sum((1, 3), keepdim=True)
         rows = (residual * weight).sum((1, 3), keepdim=True) / total.clamp(min=1e-12)

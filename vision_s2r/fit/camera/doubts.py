@@ -179,7 +179,8 @@ class CameraDoubts:
             if of_frame_before(left, mean, counted) > TOLD:
                 return True
             kinds = set(available(left.shape[1] == 1)) - RANDOM - set(beside)
-        return told_by(kinds, left, mean, counted.float()) > TOLD
+        some = sorted(self._study.ranked[:_ASKED])
+        return told_by(kinds, left[some], mean[some], counted[some].float()) > TOLD
 
     @torch.inference_mode()
     def _shows_behind(self, values: Values, name: str) -> bool:
