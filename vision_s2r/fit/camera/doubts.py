@@ -27,7 +27,7 @@ from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available, told
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
 from vision_s2r.fit.camera.grain import TOLD, of_frame_before
-from vision_s2r.fit.camera.predictor import CameraPredictor
+from vision_s2r.fit.camera.predictor import CameraPredictor, key_of
 from vision_s2r.fit.camera.scoring import predicted_noise
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.camera.uncertainty import CameraUncertainty
@@ -57,6 +57,7 @@ class CameraDoubts:
         """`certain`: effects that are known to be there; `bits` of the real pictures' values."""
         self._study, self._predictor, self._fitter, self._uncertainty = study, predictor, fitter, uncertainty
         self._library, self._certain, self._bits = library, frozenset(certain), bits
+        self._known: dict[tuple[object, ...], bool] = {}
 
     @torch.inference_mode()
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
@@ -137,7 +138,7 @@ class CameraDoubts:
                 return True
         stage = CAMERA_FITS[name].stage
         if stage in ("grain", "noise"):
-            return self._told(hypothesis, stage)
+            return self._told_once(hypothesis, stage)
         if stage in APART:
             return self._shows_behind(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
@@ -154,7 +155,7 @@ class CameraDoubts:
         """
         stage = CAMERA_FITS[name].stage
         if stage == "grain":
-            return self._told(hypothesis, stage)
+            return self._told_once(hypothesis, stage)
         if stage in APART:
             return self._shows_behind(hypothesis.values, name)
         return self._stands_in(hypothesis, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
@@ -163,6 +164,13 @@ class CameraDoubts:
         """Whether pixels ask for another size of it along these axes, or channels do, or pictures are not blurred."""
         found = self._disagreements(hypothesis, name)
         return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis, name)
+
+    def _told_once(self, hypothesis: Hypothesis, stage: str) -> bool:
+        """`_told`, which takes seconds and is one for all labels' grains, and all noises, of a hypothesis."""
+        key = (*key_of(hypothesis), stage)
+        if key not in self._known:
+            self._known[key] = self._told(hypothesis, stage)
+        return self._known[key]
 
     @torch.inference_mode()
     def _told(self, hypothesis: Hypothesis, stage: str) -> bool:
