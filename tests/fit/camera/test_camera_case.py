@@ -12,7 +12,7 @@ from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.diagnose.saved import write_next
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
-from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add, basis, find_ghost, shifted
+from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, Ghost, add, basis, find_ghost, shifted
 from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.quantization import jpeg_quality
@@ -151,9 +151,9 @@ def test_where_finds_a_vignette_at_the_rim() -> None:
 
 def test_ghosts_are_found_where_they_are() -> None:
     pictures = scenes(3)
-    residual = 0.2 * shifted(pictures, 9, -4)
-    found = find_ghost(residual, pictures, torch.ones(FRAMES, 1, SIZE, SIZE))
-    assert (found.dx, found.dy) == (9, -4)
+    for turned in (False, True):
+        residual = 0.2 * shifted(pictures.flip(-2, -1) if turned else pictures, 9, -4)
+        assert find_ghost(residual, pictures, torch.ones(FRAMES, 1, SIZE, SIZE)) == Ghost(9, -4, turned)
 
 
 @pytest.mark.parametrize("name", ["gain_field", "added_light", "displacement"])

@@ -21,7 +21,7 @@ DISCREPANCIES: dict[str, str] = {
     "added_light": "light added smoothly over the picture",
     "displacement": "a smooth displacement of the picture",
     "kernel": "a blur or sharpening of some other kernel",
-    "ghost": "a second, shifted copy of the picture",
+    "ghost": "a second copy of the picture, shifted or upside down",
     "glare": "light scattered far over the picture",
     "row_pattern": "rows and columns with offsets of their own",
     "fixed_pattern": "pixels with offsets and gains of their own",
@@ -55,10 +55,14 @@ def available(grey: bool) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Ghost:
-    """Where the second copy lies, px, beside its strength."""
+    """Where the second copy lies, px, beside its strength; turned by half a turn, as between lenses, or not."""
 
     dx: int
     dy: int
+    turned: bool = False
+
+    def of(self, mean: Tensor) -> Tensor:
+        return shifted(mean.flip(-2, -1) if self.turned else mean, self.dx, self.dy)
 
 
 @lru_cache(maxsize=4)
@@ -110,8 +114,9 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
             yield _scattered((mean - _BRIGHT).clamp(min=0), reach)
     elif name == "ghost":
         assert ghost is not None
-        yield shifted(mean, ghost.dx, ghost.dy) - mean
-        yield shifted(mean, ghost.dx, ghost.dy)
+        copy = ghost.of(mean)
+        yield copy - mean
+        yield copy
     else:
         raise ValueError(f"discrepancy '{name}' has no basis")
 
@@ -133,24 +138,31 @@ def _carriers(name: str, mean: Tensor) -> list[Tensor]:
 
 
 def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
-    """The shift, 2 to a quarter of the width, at which the residual looks most like the picture itself."""
+    """Where, up to a quarter of the width away, the residual looks most like the picture, as it is or turned.
+
+    As it is, two px away at least.
+    """
     height, width = mean.shape[-2:]
+    reach = width // 4
 
     def spectrum(pictures: Tensor) -> Tensor:
         grey = (pictures * counted).mean(1)
         fine = grey - F.avg_pool2d(grey[:, None], 9, 1, padding=4)[:, 0]
         return torch.fft.rfft2(fine, s=(2 * height, 2 * width))
 
-    of_mean, of_residual = spectrum(mean), spectrum(residual)
-    power = of_mean.abs().square().sum(0)
-    likeness = torch.fft.irfft2(
-        (of_residual * of_mean.conj()).sum(0) / (power + power.mean()), s=(2 * height, 2 * width)
-    )
-    reach = width // 4
-    near = torch.roll(likeness, (reach, reach), (0, 1))[: 2 * reach + 1, : 2 * reach + 1].abs()
-    near[reach - 1 : reach + 2, reach - 1 : reach + 2] = 0
-    row, column = divmod(int(near.argmax()), 2 * reach + 1)
-    return Ghost(column - reach, row - reach)
+    of_residual = spectrum(residual)
+
+    def likeness(picture: Tensor) -> Tensor:
+        of_picture = spectrum(picture)
+        power = of_picture.abs().square().sum(0)
+        alike = (of_residual * of_picture.conj()).sum(0) / (power + power.mean())
+        shifts = torch.roll(torch.fft.irfft2(alike, s=(2 * height, 2 * width)), (reach, reach), (0, 1))
+        return shifts[: 2 * reach + 1, : 2 * reach + 1].abs()
+
+    found = torch.stack([likeness(mean), likeness(mean.flip(-2, -1))])
+    found[0, reach - 1 : reach + 2, reach - 1 : reach + 2] = 0
+    turned, row, column = (int(each) for each in torch.unravel_index(found.argmax(), found.shape))
+    return Ghost(column - reach, row - reach, bool(turned))
 
 
 @dataclass(frozen=True)
