@@ -205,6 +205,8 @@ def test_what_something_tells_is_no_grain() -> None:
         case = CameraCase.open(made, {effect.name: effect for effect in PICTURE_EFFECTS})
         assert case.contradicted(texture, "1.texture") is told
         assert case.suspicious(texture, "1.texture") is told
+        fitted = case.fit(frozenset(texture.values), range(MANY), None).values["1.texture"]
+        assert (fitted["amplitude"] == 0) is told
 
 
 def test_what_is_wrong_everywhere_is_no_missing_object() -> None:

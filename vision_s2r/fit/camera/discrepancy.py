@@ -38,6 +38,7 @@ IMITATING = {  # unknowns that may do the work of effects of a stage, which are 
 }
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
 RANDOM = LATENT | {"outliers"}  # what they fit, or some of it, may be of anything that is random
+SOON = frozenset({"tone_curve", "row_pattern", "fixed_pattern", "levels"})  # what is fitted in a fraction of a second
 _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers

@@ -23,11 +23,10 @@ from vision_s2r.fit.camera.consistency import (
     disagreement,
 )
 from vision_s2r.fit.camera.coordinates import at_scale
-from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available, told_by
+from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
-from vision_s2r.fit.camera.grain import TOLD, of_frame_before
-from vision_s2r.fit.camera.predictor import CameraPredictor, key_of
+from vision_s2r.fit.camera.predictor import ASKED, CameraPredictor
 from vision_s2r.fit.camera.scoring import predicted_noise
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.camera.uncertainty import CameraUncertainty
@@ -38,7 +37,6 @@ _ROUNDED = 1.5  # times the variance of rounding, likewise
 _SHOWING = 500  # samples of a brightness, that tell how noisy it is
 _STEP, _BESIDE_REST = 1 / 255, 0.3  # coded change beside surfaces that differ; of what is left: less is nothing
 _SPREAD = 0.3  # relative difference of a parameter between frames that a true effect does not have
-_ASKED = 16  # frames, the most telling, whose parts are asked for the size of an effect
 
 
 class CameraDoubts:
@@ -57,7 +55,6 @@ class CameraDoubts:
         """`certain`: effects that are known to be there; `bits` of the real pictures' values."""
         self._study, self._predictor, self._fitter, self._uncertainty = study, predictor, fitter, uncertainty
         self._library, self._certain, self._bits = library, frozenset(certain), bits
-        self._known: dict[tuple[object, ...], bool] = {}
 
     @torch.inference_mode()
     def negligible(self, hypothesis: Hypothesis, name: str) -> bool:
@@ -138,7 +135,7 @@ class CameraDoubts:
                 return True
         stage = CAMERA_FITS[name].stage
         if stage in ("grain", "noise"):
-            return self._told_once(hypothesis, stage)
+            return self._told(hypothesis, stage)
         if stage in APART:
             return self._shows_behind(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
@@ -155,7 +152,7 @@ class CameraDoubts:
         """
         stage = CAMERA_FITS[name].stage
         if stage == "grain":
-            return self._told_once(hypothesis, stage)
+            return self._told(hypothesis, stage)
         if stage in APART:
             return self._shows_behind(hypothesis.values, name)
         return self._stands_in(hypothesis, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
@@ -165,30 +162,13 @@ class CameraDoubts:
         found = self._disagreements(hypothesis, name)
         return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis, name)
 
-    def _told_once(self, hypothesis: Hypothesis, stage: str) -> bool:
-        """`_told`, which takes seconds and is one for all labels' grains, and all noises, of a hypothesis."""
-        key = (*key_of(hypothesis), stage)
-        if key not in self._known:
-            self._known[key] = self._told(hypothesis, stage)
-        return self._known[key]
-
-    @torch.inference_mode()
     def _told(self, hypothesis: Hypothesis, stage: str) -> bool:
-        """Whether what is left is not random, as a noise or a grain is: values have few levels, whose steps tell it.
-
-        Or, of a grain, the frame before tells it, or an unknown of some kind that is not there yet.
-        """
-        asked, counted = range(self._study.count), self._study.yardstick.counted
+        """Whether few levels tell what is left, or the frame before; of a grain, or an unknown not there yet."""
         beside = {kind: fitted for kind, fitted in hypothesis.extra.items() if kind != "levels"}
-        mean = self._predictor.frames(hypothesis.values, asked, lit=True)[0]
-        left = self._predictor.residual(Hypothesis(hypothesis.values, beside), asked, lit=True)[0]
         kinds = {"levels"}
         if stage == "grain":
-            if of_frame_before(left, mean, counted) > TOLD:
-                return True
-            kinds = set(available(left.shape[1] == 1)) - RANDOM - set(beside)
-        some = sorted(self._study.ranked[:_ASKED])
-        return told_by(kinds, left[some], mean[some], counted[some].float()) > TOLD
+            kinds = set(available(self._study.pictures.sim.shape[1] == 1)) - RANDOM - set(beside)
+        return self._predictor.told(Hypothesis(hypothesis.values, beside), kinds)
 
     @torch.inference_mode()
     def _shows_behind(self, values: Values, name: str) -> bool:
@@ -204,7 +184,7 @@ class CameraDoubts:
         values, stage = hypothesis.values, CAMERA_FITS[name].stage
         if stage not in IMITATING:
             return {}
-        asked = sorted(self._study.ranked[:_ASKED])
+        asked = sorted(self._study.ranked[:ASKED])
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
         other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
         # Beside an unknown that may do its work nothing would be seen to differ.
@@ -217,7 +197,7 @@ class CameraDoubts:
         """Whether the real pictures are about as sharp as without a blur."""
         if CAMERA_FITS[name].stage != "blur":
             return False
-        asked = sorted(self._study.ranked[:_ASKED])
+        asked = sorted(self._study.ranked[:ASKED])
         real, counted = self._study.pictures.real[asked], self._study.yardstick.counted[asked]
         without = Hypothesis(_without(hypothesis.values, name), hypothesis.extra)
         left, noise, _ = self._predictor.residual(hypothesis, asked, lit=True)

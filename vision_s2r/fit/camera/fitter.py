@@ -115,14 +115,23 @@ class CameraFitter:
             return found
         mean, _, _ = self._predictor.frames(values, segments, lit=True)
         residual = self._study.pictures.real[list(segments)] - self._predictor.encoded(mean, values)
+        counted, encoding = self.target.counted[list(segments)], self._study.pictures.encoding
         for name in names:
             if CAMERA_FITS[name].stage == "area":
                 found[name] = self._fit_area(name, residual, segments)
                 continue
-            region, counted = surfaces.of(segments).region(label_of(name) or 0), self.target.counted[list(segments)]
-            grain = grain_of(residual, mean, region, counted, self._study.pictures.encoding)
-            found[name] = {"amplitude": 0.0, "scale": 6.0} if grain is None else bounded(name, asdict(grain))
+            region = surfaces.of(segments).region(label_of(name) or 0)
+            grain = grain_of(residual, mean, region, counted, encoding)
+            found[name] = neutral(name) if grain is None else bounded(name, asdict(grain))
+        grains = {name: found[name] for name in at_stage(found, "grain")}
+        if any(grain["amplitude"] for grain in grains.values()) and self._told_soon(values):
+            found |= {name: neutral(name) for name in grains}
         return found
+
+    def _told_soon(self, values: Values) -> bool:
+        """Whether what these values leave is told, as far as that is soon asked: then it is no grain."""
+        moving = {name: value for name, value in values.items() if CAMERA_FITS[name].stage not in APART}
+        return self._predictor.told(Hypothesis(moving), discrepancy.SOON)
 
     def _fit_area(self, name: str, residual: Tensor, segments: Sequence[int]) -> dict[str, float]:
         yardstick, surfaces = self._study.yardstick, self._study.pictures.surfaces

@@ -2,7 +2,7 @@
 
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from vision_s2r.appearance import label_of
 from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.area import inside_of
 from vision_s2r.fit.camera.effect import at_stage
-from vision_s2r.fit.camera.grain import Varied, per_share
+from vision_s2r.fit.camera.grain import TOLD, Varied, of_frame_before, per_share
 from vision_s2r.fit.camera.light import STEADY, stops
 from vision_s2r.fit.camera.prediction import without_encoder
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
@@ -21,6 +21,7 @@ from vision_s2r.fit.camera.scoring import FrameScore, predicted_noise, score
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.case import Hypothesis, Segments, Values
 
+ASKED = 16  # frames, the most telling, that are asked for the size of an effect, or whether something tells it
 _REMEMBERED = 12  # hypotheses whose scores are kept
 _REMEMBERED_VALUES = 12_000_000  # in pictures whose predictions are kept, three numbers a value
 
@@ -32,6 +33,7 @@ class CameraPredictor:
         self._study = study
         self._scores: dict[tuple[object, ...], list[FrameScore]] = {}
         self._predictions: dict[tuple[object, ...], tuple[Tensor, Tensor, Tensor]] = {}
+        self._told: dict[tuple[object, ...], bool] = {}
         self._lock = threading.Lock()
         self._rendered = rendered_colours(study.pictures)
 
@@ -90,6 +92,25 @@ class CameraPredictor:
         if hypothesis.extra:
             residual = real - self.encoded((mean + added).clamp(0, 1), hypothesis.values)
         return residual, noise, share
+
+    def told(self, hypothesis: Hypothesis, kinds: Collection[str]) -> bool:
+        """Whether what is left is not random, as a noise or a grain is: the frame before tells it, or such an unknown.
+
+        It takes seconds to ask, and labels ask the same.
+        """
+        key = (*key_of(hypothesis), *sorted(kinds))
+        if key not in self._told:
+            self._told[key] = self._is_told(hypothesis, kinds)
+        return self._told[key]
+
+    @torch.inference_mode()
+    def _is_told(self, hypothesis: Hypothesis, kinds: Collection[str]) -> bool:
+        every, counted = range(self._study.count), self._study.yardstick.counted
+        mean, left = self.frames(hypothesis.values, every, lit=True)[0], self.residual(hypothesis, every, lit=True)[0]
+        if of_frame_before(left, mean, counted) > TOLD:
+            return True
+        some = sorted(self._study.ranked[:ASKED])
+        return discrepancy.told_by(kinds, left[some], mean[some], counted[some].float()) > TOLD
 
     def scored(self, hypothesis: Hypothesis, segments: Segments, lit: bool = True) -> list[FrameScore]:
         lit = lit and self._study.pictures.light != STEADY
