@@ -2,6 +2,7 @@
 
 import random
 import shutil
+import tempfile
 from dataclasses import replace
 
 import numpy as np
@@ -96,9 +97,11 @@ def test_an_interrupted_training_goes_on_as_if_nothing_had_been(tmp_path, monkey
     def machines():
         return DrawnMachines(BOX) if kind == "drawn" else adr_ranges(cfg, 0)
 
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     before = random.getstate(), torch.get_rng_state().tolist()
     whole = train(SHORT, NOMINAL, machines(), 2, how, tmp_path / "whole", 0, kind == "recurrent")
     assert (random.getstate(), torch.get_rng_state().tolist()) == before  # a call leaves no global changed
+    assert not [*tmp_path.glob("SB3*")]  # nor a log among temporary files
     left, step = (
         iter([1] * (170 if kind == "drawn" else 700)),
         SpeedTracking.step,

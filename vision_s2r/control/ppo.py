@@ -6,6 +6,7 @@ import numpy as np
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.logger import Logger
 
 from vision_s2r.control import policy as policies
 from vision_s2r.control.adapter import Adapter
@@ -30,7 +31,7 @@ def _model(environment: Adapter, training: ControlTrainingConfig, seed: int) -> 
     def rate(left: float) -> float:
         return training.learning_rate * min(max(left / training.decay, LEAST_RATE), 1.0)
 
-    return PPO(
+    model = PPO(
         "MlpPolicy",
         environment,
         n_steps=training.rollout,
@@ -44,6 +45,8 @@ def _model(environment: Adapter, training: ControlTrainingConfig, seed: int) -> 
         seed=seed,
         device="cpu",
     )
+    model.set_logger(Logger(folder=None, output_formats=[]))  # its own makes a folder among temporary files
+    return model
 
 
 def _released(model: PPO, history: int, hidden: list[int]) -> policies.Network:
