@@ -30,3 +30,22 @@ def test_coarse_grain_of_a_small_label_is_found_without_bias() -> None:
         assert grain is not None
         found.append((grain.amplitude / 0.1, grain.scale / SCALE))
     assert np.mean(found, axis=0) == pytest.approx([1.0, 1.0], abs=0.022)
+
+
+def test_what_a_filter_takes_of_a_print_is_no_grain() -> None:
+    """It lies where the print is, on two thirds of the label; a grain lies everywhere."""
+    rng = np.random.default_rng(3)
+    whole, counted = torch.ones(FRAMES, 1, SIZE, SIZE), torch.ones(FRAMES, 1, SIZE, SIZE, dtype=torch.bool)
+
+    def field(scale: float) -> np.ndarray:
+        drawn = [cv2.GaussianBlur(rng.standard_normal((SIZE, SIZE)), (0, 0), scale) for _ in range(FRAMES)]
+        return np.stack(drawn).astype(np.float32)
+
+    printed = 0.4 + 0.3 * field(1.5)
+    printed[:, :, 2 * SIZE // 3 :] = 0.4
+    filtered = np.stack([cv2.GaussianBlur(each, (0, 0), 1.5) for each in printed])
+    mean = torch.from_numpy(printed)[:, None].expand(-1, 3, -1, -1)
+    assert grain_of(torch.from_numpy(filtered)[:, None] - mean, mean, whole, counted, "linear") is None
+    grain = 0.5 * torch.from_numpy(field(2.0))[:, None]
+    found = grain_of(mean * grain, mean, whole, counted, "linear")
+    assert found is not None and found.amplitude == pytest.approx(float(grain.std()), rel=0.1)

@@ -1,7 +1,8 @@
 """Grain that a render lacks: what is left of a label, if it is a random field as a surface's is.
 
 Its strength and correlation length are those of the autocovariance of what is left, without that at no distance, where
-the camera's noise is. A blur, a shift or a missing thing leave something too: in few places, or along one direction.
+the camera's noise is. A blur, a shift or a missing thing leave something too: in few places, where the render has
+detail, or along one direction.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from torch import Tensor
 
 from vision_s2r.camera.colour import Curve
 from vision_s2r.fit.camera.prediction import linear
+from vision_s2r.fit.camera.smoothing import smoothed
 
 _INSIDE = 2  # px from other labels: what is left nearer is of edges
 _REACH = 24  # px, of the autocovariance
@@ -21,6 +23,7 @@ _LEAST_PIXELS = 400  # of a label
 _LEAST_SPREAD = 0.8 / 255  # coded, that a surface's grain has to have
 _FALLEN = 0.25  # of the autocovariance at one px: as far as it is fitted
 _TOP, _CONCENTRATED = 0.05, 0.5  # share of the pixels; share of the squares that is in them, if they are few places
+_AT_DETAIL = 4.0  # times the squares in the quarter of pixels of most detail as in that of least: of a grain about one
 _PASSES = 3  # of what a frame's mean takes, which depends on the grain
 TOLD = 0.1  # share of what is left that something tells, the frame before or an unknown, from which it is no grain
 _ROUND = 3.0  # times as far correlated along one axis as along the other, that no grain is
@@ -67,9 +70,9 @@ def grain_of(residual: Tensor, mean: Tensor, region: Tensor, counted: Tensor, cu
         # A frame's own mean has taken so much of it, at every distance.
         taken = min(np.pi * found.scale**2 / float(size[frames].float().mean()), 0.5) * found.amplitude**2
         found = _fitted(covariance + taken, weight) or found
-    if found is None or found.amplitude * float(share[seen].mean()) < _LEAST_SPREAD or _in_few_places(values, mask):
+    if found is None or found.amplitude * float(share[seen].mean()) < _LEAST_SPREAD:
         return None
-    return found
+    return None if _in_few_places(values, mask) or _at_detail(values, mask, mean[frames]) else found
 
 
 def _autocovariance(values: Tensor, mask: Tensor) -> tuple[np.ndarray, np.ndarray]:
@@ -121,6 +124,15 @@ def _in_few_places(values: Tensor, mask: Tensor) -> bool:
     squares = values[mask > 0].square()
     top = squares.topk(max(int(_TOP * len(squares)), 1)).values.sum()
     return float(top / squares.sum().clamp(min=1e-12)) > _CONCENTRATED
+
+
+def _at_detail(values: Tensor, mask: Tensor, mean: Tensor) -> bool:
+    """Whether what is left is where the render has detail, as what a filter leaves is: a grain is everywhere."""
+    grey = mean.mean(1, keepdim=True)
+    detail = smoothed((grey - smoothed(grey)).square(), _INSIDE)[:, 0][mask > 0]
+    squares = values[mask > 0].square()[detail.argsort()]
+    quarter = len(squares) // 4
+    return float(squares[-quarter:].mean()) > _AT_DETAIL * float(squares[:quarter].mean())
 
 
 def of_frame_before(residual: Tensor, mean: Tensor, counted: Tensor) -> float:
