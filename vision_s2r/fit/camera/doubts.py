@@ -26,7 +26,7 @@ from vision_s2r.fit.camera.coordinates import at_scale
 from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
-from vision_s2r.fit.camera.predictor import ASKED, CameraPredictor
+from vision_s2r.fit.camera.predictor import CameraPredictor
 from vision_s2r.fit.camera.scoring import predicted_noise
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.camera.uncertainty import CameraUncertainty
@@ -184,7 +184,7 @@ class CameraDoubts:
         values, stage = hypothesis.values, CAMERA_FITS[name].stage
         if stage not in IMITATING:
             return {}
-        asked = sorted(self._study.ranked[:ASKED])
+        asked = self._study.asked
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
         other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
         # Beside an unknown that may do its work nothing would be seen to differ.
@@ -197,7 +197,7 @@ class CameraDoubts:
         """Whether the real pictures are about as sharp as without a blur."""
         if CAMERA_FITS[name].stage != "blur":
             return False
-        asked = sorted(self._study.ranked[:ASKED])
+        asked = self._study.asked
         real, counted = self._study.pictures.real[asked], self._study.yardstick.counted[asked]
         without = Hypothesis(_without(hypothesis.values, name), hypothesis.extra)
         left, noise, _ = self._predictor.residual(hypothesis, asked, lit=True)

@@ -21,7 +21,6 @@ from vision_s2r.fit.camera.scoring import FrameScore, predicted_noise, score
 from vision_s2r.fit.camera.study import Study
 from vision_s2r.fit.case import Hypothesis, Segments, Values
 
-ASKED = 16  # frames, the most telling, that are asked for the size of an effect, or whether something tells it
 _REMEMBERED = 12  # hypotheses whose scores are kept
 _REMEMBERED_VALUES = 12_000_000  # in pictures whose predictions are kept, three numbers a value
 
@@ -109,7 +108,7 @@ class CameraPredictor:
         mean, left = self.frames(hypothesis.values, every, lit=True)[0], self.residual(hypothesis, every, lit=True)[0]
         if of_frame_before(left, mean, counted) > TOLD:
             return True
-        some = sorted(self._study.ranked[:ASKED])
+        some = self._study.asked
         return discrepancy.told_by(kinds, left[some], mean[some], counted[some].float()) > TOLD
 
     def scored(self, hypothesis: Hypothesis, segments: Segments, lit: bool = True) -> list[FrameScore]:

@@ -46,6 +46,7 @@ from vision_s2r.fit.case import Values
 from vision_s2r.recording import CameraRecording
 
 _FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames, of unsteady light, values in them
+_ASKED = 16  # frames, at most, that an effect is doubted by
 _LARGE = 200  # px of the shorter side: pictures of more are worked on at less size
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
@@ -76,6 +77,11 @@ class Study:
     def count(self) -> int:
         """Frames."""
         return len(self.pictures.real)
+
+    @property
+    def asked(self) -> list[int]:
+        """The most telling frames, that are asked for the size of an effect, or whether something tells it."""
+        return sorted(self.ranked[:_ASKED])
 
     def known(self, names: Collection[str]) -> dict[str, Mapping[str, float]] | None:
         """Values of exactly these effects that a fit has ended with already."""
