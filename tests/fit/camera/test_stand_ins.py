@@ -16,7 +16,7 @@ from vision_s2r.fit.camera.area import area_of, seen_behind
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.consistency import disagreement
 from vision_s2r.fit.camera.discrepancy import DISCREPANCIES, RANDOM, told_by
-from vision_s2r.fit.camera.grain import TOLD
+from vision_s2r.fit.camera.grain import OF_ROWS, TOLD
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -182,25 +182,33 @@ def labelled(made: CameraRecording) -> CameraRecording:
     return replace(made, labels=labels)
 
 
+def banded() -> torch.Tensor:
+    """Dark bands across, elsewhere in each frame."""
+    phase = 6.28 * torch.rand(MANY, 1, generator=torch.Generator().manual_seed(5))
+    return many() - 0.1 * torch.cos(torch.arange(SIZE) / 4 + phase).square()[:, None, :, None]
+
+
 def test_few_levels_or_pixels_of_their_own_gain_tell_what_is_left_and_nothing_tells_a_grain() -> None:
     field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
     grain, counted = 0.15 * F.avg_pool2d(field, 5, 1, 2), torch.ones(MANY, 1, SIZE, SIZE)
     kinds = DISCREPANCIES.keys() - RANDOM
-    told = [
+    levels, own, bands, random = (
         told_by(kinds, real - many(), many(), counted)
-        for real in ((many() * 24).round() / 24, many() * (1 + grain[:1]), many() * (1 + grain))
-    ]
-    assert min(told[:2]) > 0.5 > TOLD > told[2]
+        for real in ((many() * 24).round() / 24, many() * (1 + grain[:1]), banded(), many() * (1 + grain))
+    )
+    assert min(levels["levels"], own["fixed_pattern"]) > 0.5 and bands["row_noise"] > OF_ROWS > random.pop("row_noise")
+    assert max(random.values()) < TOLD
 
 
 @pytest.mark.slow
 def test_what_something_tells_is_no_grain() -> None:
-    """The frame before, few levels, pixels of gains of their own."""
+    """The frame before, few levels, pixels of gains of their own, rows of a frame's own."""
     texture = Hypothesis({"1.texture": {"amplitude": 0.05, "scale": 3.0}})
     field = torch.randn(MANY, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
     grain = 1 + 0.15 * F.avg_pool2d(field, 5, 1, 2)
     mixed, steps = 0.8 * many() + 0.2 * many().roll(1, 0), (many() * 24).round() / 24
-    for real, told in ((mixed, True), (steps, True), (many() * grain[:1], True), (many() * grain, False)):
+    seen_as = ((mixed, True), (steps, True), (many() * grain[:1], True), (banded(), True), (many() * grain, False))
+    for real, told in seen_as:
         made = labelled(seen(many(), real))
         case = CameraCase.open(made, {effect.name: effect for effect in PICTURE_EFFECTS})
         assert case.contradicted(texture, "1.texture") is told

@@ -37,8 +37,8 @@ IMITATING = {  # unknowns that may do the work of effects of a stage, which are 
     "tone": frozenset({"tone_curve", "colour_mixing", "flicker"}),
 }
 LATENT = frozenset({"row_noise", "flicker"})  # what they fit is a frame's own
-RANDOM = LATENT | {"outliers"}  # what they fit, or some of it, may be of anything that is random
-SOON = frozenset({"tone_curve", "row_pattern", "fixed_pattern", "levels"})  # what is fitted in a fraction of a second
+RANDOM = frozenset({"flicker", "outliers"})  # what they fit, or some of it, may be of anything that is random
+SOON = frozenset({"tone_curve", "row_pattern", "row_noise", "fixed_pattern", "levels"})  # fitted in part of a second
 _COLOUR = frozenset({"colour_mixing"})
 _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that are no few; so many at least tell it
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
@@ -229,15 +229,15 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     return added
 
 
-def told_by(kinds: Collection[str], residual: Tensor, mean: Tensor, weight: Weights) -> float:
-    """The largest share of residuals [B, C, H, W] that an unknown of one of these kinds takes away."""
+def told_by(kinds: Collection[str], residual: Tensor, mean: Tensor, weight: Weights) -> dict[str, float]:
+    """The share of residuals [B, C, H, W] that an unknown of each of these kinds takes away."""
     whole = (weight * residual.square()).double().sum().clamp(min=1e-12)
 
-    def left(name: str) -> Tensor:
+    def taken(name: str) -> float:
         added = add(name, fit(name, residual, mean, weight), mean, residual, weight)
-        return (weight * (residual - added).square()).double().sum()
+        return float(1 - (weight * (residual - added).square()).double().sum() / whole)
 
-    return float(1 - min(left(name) for name in kinds) / whole)
+    return {name: taken(name) for name in kinds}
 
 
 def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weight: Weights) -> np.ndarray:

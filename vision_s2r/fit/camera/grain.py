@@ -26,6 +26,7 @@ _TOP, _CONCENTRATED = 0.05, 0.5  # share of the pixels; share of the squares tha
 _AT_DETAIL = 4.0  # times the squares in the quarter of pixels of most detail as in that of least: of a grain about one
 _PASSES = 3  # of what a frame's mean takes, which depends on the grain
 TOLD = 0.1  # share of what is left that something tells, the frame before or an unknown, from which it is no grain
+OF_ROWS = 0.3  # likewise of rows with offsets of a frame's own, which tell something of any grain, more of a coarse one
 _ROUND = 3.0  # times as far correlated along one axis as along the other, that no grain is
 
 

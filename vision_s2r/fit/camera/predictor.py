@@ -13,7 +13,7 @@ from vision_s2r.appearance import label_of
 from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.area import inside_of
 from vision_s2r.fit.camera.effect import at_stage
-from vision_s2r.fit.camera.grain import TOLD, Varied, of_frame_before, per_share
+from vision_s2r.fit.camera.grain import OF_ROWS, TOLD, Varied, of_frame_before, per_share
 from vision_s2r.fit.camera.light import STEADY, stops
 from vision_s2r.fit.camera.prediction import without_encoder
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
@@ -109,7 +109,8 @@ class CameraPredictor:
         if of_frame_before(left, mean, counted) > TOLD:
             return True
         some = self._study.asked
-        return discrepancy.told_by(kinds, left[some], mean[some], counted[some].float()) > TOLD
+        told = discrepancy.told_by(kinds, left[some], mean[some], counted[some].float())
+        return any(share > (OF_ROWS if name == "row_noise" else TOLD) for name, share in told.items())
 
     def scored(self, hypothesis: Hypothesis, segments: Segments, lit: bool = True) -> list[FrameScore]:
         lit = lit and self._study.pictures.light != STEADY
