@@ -137,6 +137,25 @@ def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
         assert not case.contradicted(case.fit(names, range(MANY), None), name)
 
 
+def out_of_focus(pictures: torch.Tensor) -> torch.Tensor:
+    """Sharp at the centre, and ever less so towards the corners."""
+    at = torch.arange(-12, 13.0)
+    line = torch.exp(-(at**2) / 2 / 4.0**2)
+    kernel = torch.outer(line, line) / line.sum() ** 2
+    soft = F.conv2d(F.pad(pictures, (12,) * 4, mode="replicate"), kernel.expand(3, 1, 25, 25), groups=3)
+    along = torch.linspace(-1, 1, SIZE).square()
+    return torch.lerp(pictures, soft, ((along[:, None] + along) / 2).square())
+
+
+def test_corners_out_of_focus_are_no_lens_and_a_lens_beside_them_is_one() -> None:
+    """Where edges are soft, what is fine asks for another lens than what is coarse."""
+    lens = frozenset({"lens_distortion"})
+    moved = Camera()(many(), CameraParameters.of({"lens_distortion": {"k1": -0.1, "k2": 0.0}}, MANY))
+    for pictures, false in ((many(), True), (moved, False)):
+        case = opened(seen(many(), out_of_focus(pictures)))
+        assert case.contradicted(case.fit(lens, range(MANY), None), *lens) is false
+
+
 def shaken(pictures: torch.Tensor) -> torch.Tensor:
     """Each displaced by half a pixel, another way."""
     turn, moved = 2.4 * torch.arange(MANY), torch.eye(2, 3).repeat(MANY, 1, 1)

@@ -11,6 +11,8 @@ And a picture that is blurred lacks fine detail, wherever that is. Frames that s
 it, only elsewhere; pixel by pixel a blur is less wrong of them than what is sharp in the wrong place.
 """
 
+from collections.abc import Callable
+
 import torch
 from torch import Tensor
 
@@ -18,8 +20,11 @@ from vision_s2r.fit.camera.fitting import FREEDOM
 from vision_s2r.fit.camera.smoothing import smoothed
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
-BY_CHANNEL = 0.15  # … between channels, of a warp or a blur: what scales the light of one scales its edges too
-COLOURS = ("channel", "site", "colour")  # where a sensor's mosaic of colours, and what fills its gaps, shows
+ALLOWED_WITHIN = 0.15  # … of a warp or a blur along these: what scales the light of a channel scales its edges too
+WITHIN = (  # what a warp moves or a blur softens alike
+    *("channel", "site", "colour"),  # where a sensor's mosaic of colours, and what fills its gaps, shows
+    "scale",  # where edges that are soft show, of which a warp makes fine ones only
+)
 PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
 DIRECTION = "direction of edges"
 GEOMETRIC = (*PARITY, DIRECTION, "region", "radius")
@@ -49,7 +54,8 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
     for name, (bins, count) in _axes(picture).items():
         at = (bins + count * frame).expand_as(residual).reshape(-1)
         tables[name] = tuple(torch.bincount(at, of, count * frames).reshape(frames, count) for of in (work, more))
-    tables["colour"] = _by_colour(change, residual, weight)
+    tables["colour"] = _between(change, residual, weight, _shared)
+    tables["scale"] = _between(change, residual, weight, _by_scale)
     sizes = {name: _surely_unlike(each, off) for name, (each, off) in tables.items()}
     return {name: size for name, size in sizes.items() if size is not None}
 
@@ -101,13 +107,29 @@ def _unlike(each: Tensor, off: Tensor) -> float | None:
     return float((share * squared).sum().sqrt())
 
 
-def _by_colour(change: Tensor, residual: Tensor, weight: Tensor) -> tuple[Tensor, Tensor]:
-    """Work and what more is asked for [frames, 2], of what all channels share and of what they do not."""
-    shared = [each.mean(1, keepdim=True).expand_as(each) for each in (change, residual)]
-    parts = [shared, [change - shared[0], residual - shared[1]]]
-    each = torch.stack([(weight * of.square()).double().sum((1, 2, 3)) for of, _ in parts], 1)
-    off = torch.stack([(weight * of * left).double().sum((1, 2, 3)) for of, left in parts], 1)
-    return each, off
+def _between(
+    change: Tensor, residual: Tensor, weight: Tensor, parts: Callable[[Tensor], list[Tensor]]
+) -> tuple[Tensor, Tensor]:
+    """Work and what more is asked for [frames, parts], of parts [B, C, H, W] that make up a change and what is left."""
+    changes, lefts = (parts(each * (weight > 0)) for each in (change, residual))
+
+    def over(others: list[Tensor]) -> Tensor:
+        each = [(weight * of * other).double().sum((1, 2, 3)) for of, other in zip(changes, others, strict=True)]
+        return torch.stack(each, 1)
+
+    return over(changes), over(lefts)
+
+
+def _shared(of: Tensor) -> list[Tensor]:
+    """What all channels share, and what they do not."""
+    shared = of.mean(1, keepdim=True).expand_as(of)
+    return [shared, of - shared]
+
+
+def _by_scale(of: Tensor) -> list[Tensor]:
+    """What is fine, of a few pixels, and coarse."""
+    near, far = smoothed(of), smoothed(of, _FINE)
+    return [of - near, near - far, far]
 
 
 def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:

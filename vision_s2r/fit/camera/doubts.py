@@ -12,13 +12,13 @@ from vision_s2r.fit.camera import excitation
 from vision_s2r.fit.camera.area import inside_of, seen_behind
 from vision_s2r.fit.camera.consistency import (
     ALLOWED,
-    BY_CHANNEL,
-    COLOURS,
+    ALLOWED_WITHIN,
     DIRECTION,
     EVERY,
     GEOMETRIC,
     PARITY,
     SHARP,
+    WITHIN,
     detail_lacking,
     disagreement,
 )
@@ -158,9 +158,9 @@ class CameraDoubts:
         return self._stands_in(hypothesis, name, (*PARITY, DIRECTION) if stage in ("warp", "blur") else PARITY)
 
     def _stands_in(self, hypothesis: Hypothesis, name: str, axes: Sequence[str]) -> bool:
-        """Whether pixels ask for another size of it along these axes, or channels do, or pictures are not blurred."""
+        """Whether pixels ask for another size of it along these axes, or edges do, or pictures are not blurred."""
         found = self._disagreements(hypothesis, name)
-        return _differs(found, axes) or _between_channels(name, found) or self._is_sharp(hypothesis, name)
+        return _differs(found, axes, ALLOWED) or _within(name, found) or self._is_sharp(hypothesis, name)
 
     def _told(self, hypothesis: Hypothesis, stage: str) -> bool:
         """Whether few levels tell what is left, or the frame before; of a grain, or an unknown not there yet."""
@@ -210,13 +210,12 @@ def _without(values: Values, name: str) -> Values:
     return {each: value for each, value in values.items() if each != name}
 
 
-def _differs(found: Mapping[str, float], axes: Sequence[str]) -> bool:
+def _differs(found: Mapping[str, float], axes: Sequence[str], allowed: float) -> bool:
     """Whether an effect is of another size along one of these axes."""
-    return max((found[axis] for axis in axes if axis in found), default=0.0) > ALLOWED
+    return max((found[axis] for axis in axes if axis in found), default=0.0) > allowed
 
 
-def _between_channels(name: str, found: Mapping[str, float]) -> bool:
-    """Whether channels, or their sites on a sensor, ask for other sizes of what moves or blurs all of them alike."""
+def _within(name: str, found: Mapping[str, float]) -> bool:
+    """Whether channels, their sites on a sensor, or what is fine ask for another size of what moves or blurs them."""
     fit = CAMERA_FITS[name]
-    most = max((found[axis] for axis in COLOURS if axis in found), default=0.0)
-    return fit.stage in ("warp", "blur") and not fit.by_channel and most > BY_CHANNEL
+    return fit.stage in ("warp", "blur") and not fit.by_channel and _differs(found, WITHIN, ALLOWED_WITHIN)
