@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -154,6 +155,23 @@ def test_corners_out_of_focus_are_no_lens_and_a_lens_beside_them_is_one() -> Non
     for pictures, false in ((many(), True), (moved, False)):
         case = opened(seen(many(), out_of_focus(pictures)))
         assert case.contradicted(case.fit(lens, range(MANY), None), *lens) is false
+
+
+def denoised(pictures: torch.Tensor) -> torch.Tensor:
+    """Half of each pixel is the median around it: straight edges stay as they are, textures do not."""
+    of_eight_bits = pictures.mul(255).round().byte().permute(0, 2, 3, 1).numpy()
+    medians = torch.from_numpy(np.stack([cv2.medianBlur(each, 5) for each in of_eight_bits]))
+    return torch.lerp(pictures, medians.permute(0, 3, 1, 2) / 255, 0.5)
+
+
+def test_what_takes_out_noise_is_no_defocus_and_a_defocus_beside_it_is_one() -> None:
+    blur = frozenset({"defocus_blur"})
+    field = torch.randn(MANY, 3, SIZE, SIZE, generator=torch.Generator().manual_seed(3))
+    textured = (F.avg_pool2d(many(), 3, 1, 1) + 0.15 * F.avg_pool2d(field, 5, 1, 2)).clamp(0, 1)
+    soft = Camera()(textured, CameraParameters.of({"defocus_blur": {"radius": 1.5}}, MANY))
+    for pictures, false in ((textured, True), (soft, False)):
+        case = opened(seen(textured, denoised(pictures)))
+        assert case.suspicious(case.fit(blur, range(MANY), None), *blur) is false
 
 
 def shaken(pictures: torch.Tensor) -> torch.Tensor:

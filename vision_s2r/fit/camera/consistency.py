@@ -27,8 +27,9 @@ WITHIN = (  # what a warp moves or a blur softens alike
 )
 PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
 DIRECTION = "direction of edges"
-GEOMETRIC = (*PARITY, DIRECTION, "region", "radius")
-EVERY = (*GEOMETRIC, "brightness", "channel")
+_PLACES = ("region", "radius")
+OF_EDGES = (*PARITY, DIRECTION, "straightness", *_PLACES)  # what takes out noise leaves straight edges, as no blur does
+OF_LIGHT = (*PARITY, DIRECTION, *_PLACES, "brightness", "channel")
 _LEAST = 0.01  # share of the effect's work, that a bin must have to be asked
 _CLEAR = 25.0  # squared standard deviations of noise, likewise
 _MOST = 1.0  # that one bin says of it: a place where something else is far off decides nothing
@@ -36,6 +37,7 @@ SHARP = 0.6  # of the detail that a blur is to take away: pictures that lack les
 _FINE = 4  # px to either side, over which what is finer than their mean is detail
 _HEARD = 0.5  # of the noise's own detail: less tells nothing
 _SECTORS, _RINGS, _LEVELS, _CELLS = 4, 4, 5, 3
+_STRAIGHT = (0.5, 0.8, 0.95)  # coherence of the gradients around: no edge, one that bends, and one that hardly does
 
 
 def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tensor) -> dict[str, float]:
@@ -139,11 +141,14 @@ def _axes(picture: Tensor) -> dict[str, tuple[Tensor, int]]:
     grey = picture.mean(1, keepdim=True)
     across, down = torch.gradient(grey, dim=(3, 2))
     turn = torch.atan2(down, across) / torch.pi % 1  # an edge has no sign
+    xx, yy, xy = (smoothed(each) for each in (across * across, down * down, across * down))
+    coherence = ((xx - yy).square() + 4 * xy.square()).sqrt() / (xx + yy).clamp(min=1e-8)
     away = ((y - (height - 1) / 2) ** 2 + (x - (width - 1) / 2) ** 2).sqrt() / (height**2 + width**2) ** 0.5 * 2
     return {
         "row parity": (y % 2, 2),
         "column parity": (x % 2, 2),
         DIRECTION: ((turn * _SECTORS + 0.5).long() % _SECTORS, _SECTORS),
+        "straightness": (torch.bucketize(coherence, torch.tensor(_STRAIGHT)), len(_STRAIGHT) + 1),
         "brightness": ((grey * _LEVELS).long().clamp(0, _LEVELS - 1), _LEVELS),
         "region": (y * _CELLS // height * _CELLS + x * _CELLS // width, _CELLS**2),
         "radius": ((away * _RINGS).long().clamp(max=_RINGS - 1), _RINGS),

@@ -14,8 +14,8 @@ from vision_s2r.fit.camera.consistency import (
     ALLOWED,
     ALLOWED_WITHIN,
     DIRECTION,
-    EVERY,
-    GEOMETRIC,
+    OF_EDGES,
+    OF_LIGHT,
     PARITY,
     SHARP,
     WITHIN,
@@ -139,7 +139,7 @@ class CameraDoubts:
         if stage in APART:
             return self._shows_behind(hypothesis.values, name)
         # What scales light scales the edges that a warp or a blur moves.
-        if self._stands_in(hypothesis, name, EVERY if stage in ("light", "tone") else GEOMETRIC):
+        if self._stands_in(hypothesis, name, OF_LIGHT if stage in ("light", "tone") else OF_EDGES):
             return True
         if not charted([name]):
             return False
