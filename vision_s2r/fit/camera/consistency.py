@@ -21,10 +21,11 @@ from vision_s2r.fit.camera.smoothing import smoothed
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 ALLOWED_WITHIN = 0.15  # … of a warp or a blur along these: what scales the light of a channel scales its edges too
-WITHIN = (  # what a warp moves or a blur softens alike
-    *("channel", "site", "colour"),  # where a sensor's mosaic of colours, and what fills its gaps, shows
-    "scale",  # where edges that are soft show, of which a warp makes fine ones only
-)
+_COLOURS = ("channel", "site", "colour")  # where a sensor's mosaic of colours, and what fills its gaps, shows
+WITHIN = {  # a warp moves what is fine and what is coarse alike; what sharpens beside a blur does the work of the fine
+    "warp": (*_COLOURS, "scale"),
+    "blur": _COLOURS,
+}
 PARITY = ("row parity", "column parity")  # where no maker's kernel or definition of a true effect shows
 DIRECTION = "direction of edges"
 _PLACES = ("region", "radius")

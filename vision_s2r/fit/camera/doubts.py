@@ -218,4 +218,4 @@ def _differs(found: Mapping[str, float], axes: Sequence[str], allowed: float) ->
 def _within(name: str, found: Mapping[str, float]) -> bool:
     """Whether channels, their sites on a sensor, or what is fine ask for another size of what moves or blurs them."""
     fit = CAMERA_FITS[name]
-    return fit.stage in ("warp", "blur") and not fit.by_channel and _differs(found, WITHIN, ALLOWED_WITHIN)
+    return not fit.by_channel and _differs(found, WITHIN.get(fit.stage, ()), ALLOWED_WITHIN)
