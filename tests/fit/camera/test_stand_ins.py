@@ -109,12 +109,17 @@ def of_fields(shift: float) -> CameraRecording:
     return seen(many(), real)
 
 
+def softened(pictures: torch.Tensor, sigma: float, reach: int) -> torch.Tensor:
+    """Blurred by a Gaussian of so many pixels to either side."""
+    at = torch.arange(-reach, reach + 1.0)
+    line = torch.exp(-(at**2) / 2 / sigma**2)
+    kernel = (torch.outer(line, line) / line.sum() ** 2).expand(3, 1, -1, -1)
+    return F.conv2d(F.pad(pictures, (reach,) * 4, mode="replicate"), kernel, groups=3)
+
+
 def of_a_mosaic(sigma: float) -> CameraRecording:
     """Red and blue are interpolated, and softer than green."""
-    at = torch.arange(-3, 4.0)
-    line = torch.exp(-(at**2) / 2 / sigma**2)
-    kernel = torch.outer(line, line) / line.sum() ** 2
-    soft = F.conv2d(F.pad(many(), (3,) * 4, mode="replicate"), kernel.expand(3, 1, 7, 7), groups=3)
+    soft = softened(many(), sigma, 3)
     return seen(many(), torch.stack([soft[:, 0], many()[:, 1], soft[:, 2]], 1))
 
 
@@ -140,12 +145,8 @@ def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
 
 def out_of_focus(pictures: torch.Tensor) -> torch.Tensor:
     """Sharp at the centre, and ever less so towards the corners."""
-    at = torch.arange(-12, 13.0)
-    line = torch.exp(-(at**2) / 2 / 4.0**2)
-    kernel = torch.outer(line, line) / line.sum() ** 2
-    soft = F.conv2d(F.pad(pictures, (12,) * 4, mode="replicate"), kernel.expand(3, 1, 25, 25), groups=3)
     along = torch.linspace(-1, 1, SIZE).square()
-    return torch.lerp(pictures, soft, ((along[:, None] + along) / 2).square())
+    return torch.lerp(pictures, softened(pictures, 4.0, 12), ((along[:, None] + along) / 2).square())
 
 
 def test_corners_out_of_focus_are_no_lens_and_a_lens_beside_them_is_one() -> None:
