@@ -58,7 +58,7 @@ class AdaptConfig:
             learning_rate=5e-4,
             metric="auc_mean",
             mode="max",
-            precision="bf16-mixed",
+            precision="auto",
         ),
         "The training loop: canonical pictures a step, and as many real ones; the learning rate is that of the "
         "generators. Metrics: auc_mean, auc, auc_real, l1, q_difference.",

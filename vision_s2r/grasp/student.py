@@ -39,6 +39,7 @@ from vision_s2r.training import (
     train,
 )
 from vision_s2r.training.data import randomized, require, require_alike
+from vision_s2r.training.precision import is_mixed
 
 CHUNK = 64  # scenes at a time in validation
 FRAMES = ("intrinsics", "extrinsics")
@@ -110,7 +111,7 @@ class Student(Method):
         cfg, count, area = self._cfg, len(pictures), self._policy.area
         student = self.networks["q_function"]
         candidates = random_grasps(count, cfg.candidates, area, generator).to(pictures)
-        with torch.autocast(pictures.device.type, torch.bfloat16, cfg.training.precision == "bf16-mixed"):
+        with torch.autocast(pictures.device.type, torch.bfloat16, is_mixed(cfg.training, pictures.device)):
             teacher = self._teacher.to(pictures.device)
             known = teacher.encode(canonical, *frames)
             best = _best(candidates, teacher.score(known, candidates), cfg.near_best, area, generator)
@@ -130,7 +131,7 @@ class Student(Method):
             truth["displacements"] = field.to(seen.device)
         if self._translator is None:
             return seen, truth
-        with torch.autocast(seen.device.type, torch.bfloat16, self._cfg.training.precision == "bf16-mixed"):
+        with torch.autocast(seen.device.type, torch.bfloat16, is_mixed(self._cfg.training, seen.device)):
             return self._translator(seen).float(), truth
 
     def validate(self, views: ViewSource, generator: torch.Generator) -> dict[str, float]:

@@ -7,7 +7,7 @@ from vision_s2r.options import option, validate
 
 MODES = ("min", "max")
 LOGGERS = ("tensorboard", "wandb", "mlflow")
-PRECISIONS = ("32-true", "bf16-mixed")
+PRECISIONS = ("auto", "32-true", "bf16-mixed")
 
 
 @dataclass
@@ -55,7 +55,8 @@ class TrainingConfig:
     )
     precision: str = option(
         "32-true",
-        "Arithmetic of training; bf16-mixed is 1.3 to 1.5 times as fast on a CPU with AVX-512 bf16, more on a GPU.",
+        "Arithmetic of training; auto: bf16-mixed where the processor or the GPU multiplies bfloat16 itself, which is the "
+        "faster there, else 32-true.",
         choices=PRECISIONS,
     )
 

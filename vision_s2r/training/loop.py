@@ -23,7 +23,7 @@ from torch import Tensor
 
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.files import held
-from vision_s2r.training import checkpoint
+from vision_s2r.training import checkpoint, precision
 from vision_s2r.training.config import TrainingConfig, check
 from vision_s2r.training.data import STEP, VALIDATION, Draw, Resident, ViewSource, generator
 from vision_s2r.training.interrupt import Interrupt
@@ -76,7 +76,7 @@ def train(
         devices=cfg.devices,
         num_nodes=cfg.num_nodes,
         strategy=cfg.strategy,
-        precision=cfg.precision,  # type: ignore[arg-type]  # checked above
+        precision=precision.resolved(cfg),  # type: ignore[arg-type]  # one of Fabric's own
     )
     run = partial(_run, build=build, views=views, validation=validation, cfg=cfg, out=out, seed=seed, part=part)
     return fabric.launch(run)

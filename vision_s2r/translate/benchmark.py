@@ -20,7 +20,7 @@ from vision_s2r import files
 from vision_s2r.errors import UserError
 from vision_s2r.options import validate
 from vision_s2r.results import publish
-from vision_s2r.training import Inputs, ViewSource, checkpoint, train
+from vision_s2r.training import Inputs, ViewSource, checkpoint, precision, train
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.training.loop import LAST
 from vision_s2r.translate import benchmark_report, speed
@@ -69,7 +69,7 @@ def run(cfg: TranslateConfig, benchmark: BenchmarkConfig, inputs: Inputs, out: P
         "error": ERROR,
         "size": views.size,
         "batch_size": cfg.training.batch_size,
-        "precision": cfg.training.precision,
+        "precision": precision.resolved(cfg.training),
         "threads": torch.get_num_threads(),
         "minutes": benchmark.minutes,
         "networks": networks,

@@ -12,13 +12,13 @@ SHAPES = ((32, 32), (64, 16), (128, 8))  # channels and side (px) of 3 x 3 convo
 ROUNDS = 5
 
 
-def measure(precision: str, batch: int, device: torch.device, seconds: float) -> float:
+def measure(mixed: bool, batch: int, device: torch.device, seconds: float) -> float:
     """The fastest rate of a 3 x 3 convolution, forward and backward, channels_last: operations a second.
 
-    In bfloat16 where the `precision` of training is mixed, else in float32; a multiplication and an addition are two
+    In bfloat16 where the arithmetic of training is `mixed`, else in float32; a multiplication and an addition are two
     operations. `seconds` in all.
     """
-    kind = torch.bfloat16 if precision == "bf16-mixed" else torch.float32
+    kind = torch.bfloat16 if mixed else torch.float32
     rates = []
     for channels, side in SHAPES:
         call = _convolution(channels, side, batch, kind, device)

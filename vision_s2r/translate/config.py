@@ -89,7 +89,7 @@ class TranslateConfig:
     loss: LossConfig = option(LossConfig, "The weight of each term of the loss.")
     training: TrainingConfig = option(
         TrainingConfig(
-            max_steps=20_000, learning_rate=2e-3, muon=4e-3, metric="object_iou", mode="max", precision="bf16-mixed"
+            max_steps=20_000, learning_rate=2e-3, muon=4e-3, metric="object_iou", mode="max", precision="auto"
         ),
         "The training loop; metrics: l1, object_l1, psnr, ssim, object_iou, depth_error, q_difference, auc.",
     )

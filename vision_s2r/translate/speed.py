@@ -7,7 +7,7 @@ import torch
 from lightning_fabric import Fabric
 from torch import Tensor
 
-from vision_s2r.training import ViewSource
+from vision_s2r.training import ViewSource, precision
 from vision_s2r.training.data import VALIDATION, generator
 from vision_s2r.translate import ceiling, losses
 from vision_s2r.translate.config import TranslateConfig
@@ -53,13 +53,13 @@ def measure(
 
 def _ceiling(cfg: TranslateConfig, seconds: float) -> float:
     device = Fabric(accelerator=cfg.training.accelerator, devices=1).device
-    return ceiling.measure(cfg.training.precision, cfg.training.batch_size, device, seconds)
+    return ceiling.measure(precision.is_mixed(cfg.training, device), cfg.training.batch_size, device, seconds)
 
 
 def _calls(cfg: TranslateConfig, build: Callable[[], Rcan], views: ViewSource) -> dict[str, Callable[[], None]]:
     """A training step, and a translation, of the same batch."""
     training, method = cfg.training, build()
-    fabric = Fabric(accelerator=training.accelerator, devices=1, precision=training.precision)  # type: ignore[arg-type]
+    fabric = Fabric(accelerator=training.accelerator, devices=1, precision=precision.resolved(training))  # type: ignore[arg-type]
     method.device = fabric.device
     bare = method.networks["unet"]
     network, optimizer = fabric.setup(bare, method.optimizers["unet"])
