@@ -3,7 +3,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 # Modules are compiled when they are first imported: a setup in 2.5 instead of 4 minutes.
-QUIET := --quiet --no-compile --disable-pip-version-check
+PIP := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check
 SHELL := /bin/bash
 
 .DEFAULT_GOAL := help
@@ -16,8 +16,8 @@ setup: $(STAMP) ## make .venv with the pinned packages
 
 $(STAMP): constraints.txt pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install $(QUIET) "torch==$$(sed -n 's/^torch==//p' constraints.txt)"
-	$(BIN)/python -m pip install $(QUIET) --constraint constraints.txt --editable ".[dev]"
+	$(PIP) "torch==$$(sed -n 's/^torch==//p' constraints.txt)"
+	$(PIP) --constraint constraints.txt --editable ".[dev]"
 	touch $@
 
 demo: setup ## render, train, evaluate, diagnose a withheld robot, in at most 15 minutes: outputs/demo/index.html
@@ -47,7 +47,7 @@ lint: setup ## lint, format, types, and no secrets in any file
 	git ls-files -z | grep -zvE '\.(png|jpg|ipynb|safetensors|csv)$$' | xargs -0 $(BIN)/detect-secrets-hook --no-verify
 
 audit: setup ## known vulnerabilities of the pinned packages; asks the package index, so it needs a network
-	$(BIN)/python -m pip install $(QUIET) --constraint constraints.txt --editable ".[audit]"
+	$(PIP) --constraint constraints.txt --editable ".[audit]"
 	$(BIN)/pip-audit --requirement constraints.txt --no-deps --disable-pip --strict
 
 docs: setup ## the documentation, into build/site/index.html
