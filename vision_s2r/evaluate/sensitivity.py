@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from matplotlib.figure import Figure
 
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.camera.strength import at
@@ -87,6 +86,8 @@ def draw(points: list[dict[str, Any]], path: Path) -> Path:
     effects = list(dict.fromkeys(point["effect"] for point in points))
     columns = min(5, len(effects))
     lines = -(-len(effects) // columns)
+    from matplotlib.figure import Figure  # half a second, which no other command of the pipeline waits for
+
     figure = Figure(figsize=(2.4 * columns, 2.0 * lines + 0.5), layout="constrained")
     axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for place, effect in zip(axes.flat, effects, strict=False):

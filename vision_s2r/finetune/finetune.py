@@ -16,7 +16,6 @@ from vision_s2r.evaluate import EvaluateConfig, Table, evaluate
 from vision_s2r.evaluate.config import RowConfig, through_cameras
 from vision_s2r.files import write, write_table
 from vision_s2r.finetune.config import SCRATCH, FinetuneConfig, check
-from vision_s2r.finetune.picture import draw
 from vision_s2r.grasp import GraspConfig, train_policy
 from vision_s2r.grasp.forms import load_configuration
 from vision_s2r.render import Recorded
@@ -136,5 +135,7 @@ def _summary(cfg: FinetuneConfig, table: Table, todo: list[Job], each: int, out:
         attempts = seeds * len(table.scenes) * len(cfg.cameras)
         points.append({"start": job.start, "grasps": grasps, "seeds": seeds, "attempts": attempts} | asdict(estimate))
     write_table(out / CSV, points)
+    from vision_s2r.finetune.picture import draw  # matplotlib takes half a second to import
+
     draw(points, out / PICTURE)
     return write(out / SUMMARY, json.dumps(points, indent=1) + "\n")

@@ -55,7 +55,7 @@ class TrainingConfig:
     )
     precision: str = option(
         "32-true",
-        "Arithmetic of training; auto: bf16-mixed where the processor or the GPU multiplies bfloat16 itself, which is the "
+        "Arithmetic of training; auto: bf16-mixed where the processor or the GPU multiplies bfloat16 itself, which is "
         "faster there, else 32-true.",
         choices=PRECISIONS,
     )

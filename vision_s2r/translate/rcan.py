@@ -34,7 +34,6 @@ from vision_s2r.translate.discriminator import PatchDiscriminator
 from vision_s2r.translate.metrics import objects, overlap, picture_metrics, ratio
 from vision_s2r.translate.pairs import LABELS, Pairs, needed
 from vision_s2r.translate.perceptual import QFeatures, Vgg
-from vision_s2r.translate.range_picture import draw
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -142,7 +141,11 @@ class Rcan(Method):
         if "depth" in output:
             columns += [pictures.grey(depth) for depth in (output["depth"], target["depth"])]
         found = {"translation": pictures.grid(columns)}
-        return found | ({"ranges": draw(self._adr)} if self._adr else {})
+        if self._adr:
+            from vision_s2r.translate.range_picture import draw  # matplotlib takes half a second to import
+
+            found["ranges"] = draw(self._adr)
+        return found
 
     def held_out(self, views: ViewSource, indices: Tensor, generator: torch.Generator) -> tuple[Tensor, Batch]:
         """Pictures through the validation camera, float [B, 3, H, W] in [0, 1], and their targets, on the device."""
