@@ -15,12 +15,12 @@ from vision_s2r.training.checkpoint import load, save
 
 def test_a_network_learns_the_drive_and_comes_back_from_its_file(tmp_path):
     cfg = drive()
-    log, held_out = logged(cfg, 80, 0), logged(cfg, 20, 2)
-    network = fit(log, PAPER_HISTORY, cfg.sample_time, ActuatorTrainingConfig(steps=600), 0)
+    log, held_out = logged(cfg, 40, 0), logged(cfg, 10, 2)
+    network = fit(log, PAPER_HISTORY, cfg.sample_time, ActuatorTrainingConfig(steps=800, batch=512), 0)
     said = predict(network, held_out)
     off = np.abs(said - held_out.torque).mean()
     assert np.abs(analytic_torque(cfg, held_out) - held_out.torque).mean() > 3 * off
-    network.save(tmp_path / "network.safetensors", {"steps": 600})
+    network.save(tmp_path / "network.safetensors", {"steps": 800})
     np.testing.assert_array_equal(predict(ActuatorNetwork.load(tmp_path / "network.safetensors"), held_out), said)
 
 

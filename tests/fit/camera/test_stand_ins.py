@@ -132,6 +132,7 @@ def of_sites() -> CameraRecording:
     return seen(many(), torch.where(own.bool(), many(), around / known))
 
 
+@pytest.mark.slow
 def test_rows_and_colours_contradict_a_name_and_bear_out_a_true_one() -> None:
     pose, blur = frozenset({"camera_pose_offset"}), frozenset({"defocus_blur"})
     for made, names in ((of_fields(0.5), pose), (of_a_mosaic(0.4), blur), (of_sites(), blur)):
@@ -149,6 +150,7 @@ def out_of_focus(pictures: torch.Tensor) -> torch.Tensor:
     return torch.lerp(pictures, softened(pictures, 4.0, 12), ((along[:, None] + along) / 2).square())
 
 
+@pytest.mark.slow
 def test_corners_out_of_focus_are_no_lens_and_a_lens_beside_them_is_one() -> None:
     """Where edges are soft, what is fine asks for another lens than what is coarse."""
     lens = frozenset({"lens_distortion"})
