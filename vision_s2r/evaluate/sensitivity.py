@@ -83,11 +83,11 @@ def column(name: str, strength: float) -> str:
 
 def draw(points: list[dict[str, Any]], path: Path) -> Path:
     """A small plot an effect, a line a row, 95 % intervals; returns the PNG's path."""
+    from matplotlib.figure import Figure  # half a second, which no other command of the pipeline waits for
+
     effects = list(dict.fromkeys(point["effect"] for point in points))
     columns = min(5, len(effects))
     lines = -(-len(effects) // columns)
-    from matplotlib.figure import Figure  # half a second, which no other command of the pipeline waits for
-
     figure = Figure(figsize=(2.4 * columns, 2.0 * lines + 0.5), layout="constrained")
     axes = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
     for place, effect in zip(axes.flat, effects, strict=False):

@@ -126,6 +126,8 @@ def _translated(path: str, recorded: Recorded) -> Tensor:
 
 def _summary(cfg: FinetuneConfig, table: Table, todo: list[Job], each: int, out: Path) -> Path:
     """Success of each start at each number of grasps, over all cameras together."""
+    from vision_s2r.finetune.picture import draw  # matplotlib takes half a second to import
+
     bootstrap = Bootstrap(len(table.scenes), table.cfg.seed)
     points: list[dict[str, Any]] = []
     for job in {job.name: job for job in todo}.values():
@@ -135,7 +137,5 @@ def _summary(cfg: FinetuneConfig, table: Table, todo: list[Job], each: int, out:
         attempts = seeds * len(table.scenes) * len(cfg.cameras)
         points.append({"start": job.start, "grasps": grasps, "seeds": seeds, "attempts": attempts} | asdict(estimate))
     write_table(out / CSV, points)
-    from vision_s2r.finetune.picture import draw  # matplotlib takes half a second to import
-
     draw(points, out / PICTURE)
     return write(out / SUMMARY, json.dumps(points, indent=1) + "\n")
