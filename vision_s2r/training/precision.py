@@ -10,9 +10,9 @@ OWN_BFLOAT16 = ("amx_bf16", "avx512_bf16", "bf16")
 
 def resolved(cfg: TrainingConfig) -> str:
     """`cfg.precision` in Lightning Fabric's words, `auto` decided for the device that its accelerator stands for."""
-    from lightning_fabric import Fabric  # seconds, which whoever only uses networks does not wait for
-
-    return "bf16-mixed" if is_mixed(cfg, Fabric(accelerator=cfg.accelerator, devices=1).device) else "32-true"
+    found = torch.accelerator.current_accelerator(check_available=True)
+    device = torch.device("cpu") if cfg.accelerator == "cpu" or found is None else found
+    return "bf16-mixed" if is_mixed(cfg, device) else "32-true"
 
 
 def is_mixed(cfg: TrainingConfig, device: torch.device) -> bool:
