@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -114,6 +114,13 @@ def test_it_learns_the_canonical_view(trained: Path) -> None:
     # the metric is that of the released translator (whose pictures are rounded to 8 bits here)
     assert float((translated - canonical).abs().mean()) == pytest.approx(metrics["l1"], abs=2e-3)
     assert (trained.parent / "pictures" / "translation-0000160.png").exists()
+
+
+def test_training_on_keeps_the_network_that_it_begins_with(trained: Path, tmp_path: Path) -> None:
+    other = replace(with_training(learning_rate=1e-6, muon=0.0), network=NetworkConfig(width=8, levels=3))
+    path = run(tmp_path, replace(other, start=str(trained)))
+    assert load(path, "translator").configuration["network"] == asdict(TINY.network)
+    assert Translator.load(path)(Rectangles(4, 1).pictures()).shape == (4, SIZE, SIZE, 3)
 
 
 def test_colours_of_a_training_picture_change_places_and_nothing_else_does() -> None:

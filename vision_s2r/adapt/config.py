@@ -74,8 +74,8 @@ class AdaptConfig:
     )
     translator: str = option(
         "",
-        "A released translator, which the generator to canonical pictures begins as; empty: as the identity. With it, "
-        "or with pairs, that generator's network is that of translate.",
+        "A released translator, which the generator to canonical pictures begins as, with its network; empty: as the "
+        "identity, or with pairs with the network of translate.",
     )
     policy: str = option("", "A released canonical policy, which both Q-functions begin as.")
     front: NetworkConfig | None = option(

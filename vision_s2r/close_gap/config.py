@@ -46,7 +46,8 @@ class CloseGapConfig:
     )
     translator: str = option(
         "",
-        "The translator as the simulator came: a checkpoint. Empty: one is trained from scratch, no camera effects.",
+        "The translator as the simulator came: a checkpoint, such as the released bin-64-ideal-camera. Empty: one is "
+        "trained from scratch, without camera effects.",
     )
     came_steps: int = option(4000, "Of that training.", low=1)
     came_learning_rate: float = option(2e-3, "Of that, at its highest.", above=0)

@@ -105,7 +105,9 @@ class TranslateConfig:
         "validation says of the chances that it gives to grasps (q_difference, auc). Empty: none does.",
     )
     start: str = option(
-        "", "A released checkpoint (best.safetensors) whose weights training begins with: fine-tuning. Empty: fresh."
+        "",
+        "A released checkpoint (best.safetensors) that training begins with, fine-tuning: its network takes the place "
+        "of the keys that shape one. Empty: fresh weights.",
     )
     validate_on: str = option(
         "randomized",

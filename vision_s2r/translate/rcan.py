@@ -1,6 +1,6 @@
 """RCAN: from any look of a scene to its canonical one, learnt from pairs (James et al. 2019, arXiv:1812.07252)."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ from vision_s2r.translate.discriminator import PatchDiscriminator
 from vision_s2r.translate.metrics import objects, overlap, picture_metrics, ratio
 from vision_s2r.translate.pairs import LABELS, Pairs, needed
 from vision_s2r.translate.perceptual import QFeatures, Vgg
+from vision_s2r.translate.translator import network_of
 
 CHUNK = 64  # scenes at a time in validation
 DEPTH_SCENES = 512  # from which the range of depth is taken
@@ -231,6 +232,8 @@ def train_translator(
     `frozen_q`: the policy that `cfg.q_function` names. Raises UserError where the configuration or the views do not
     fit, and as `vision_s2r.training.train`.
     """
+    if cfg.start:
+        cfg = replace(cfg, network=network_of(cfg.start))
     check(cfg)
     views, validation = inputs.views, inputs.validation
     if frozen_q and frozen_q.size != views.size:

@@ -1,5 +1,7 @@
 """A trained translator, which is all that another program needs."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import torch
@@ -12,6 +14,28 @@ from vision_s2r.scene import palette
 from vision_s2r.training import checkpoint
 
 CHUNK = 64  # pictures at a time
+
+
+def network_of(path: str | Path) -> NetworkConfig:
+    """The size of a released translator's network. Raises UserError where it is none."""
+    found = checkpoint.load(path, "translator")
+    with _configured(path):
+        return _size(found)
+
+
+def _size(found: checkpoint.Checkpoint) -> NetworkConfig:
+    return NetworkConfig(**found.configuration["network"])
+
+
+@contextmanager
+def _configured(path: str | Path) -> Iterator[None]:
+    """UserError for whatever a configuration that is no translator's raises."""
+    try:
+        yield
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from error
+    except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
+        raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
 
 
 class Translator:
@@ -33,14 +57,10 @@ class Translator:
         Raises UserError where it is none, or was trained for another canonical look.
         """
         found = checkpoint.load(path, "translator")
-        try:
-            network = UNet(NetworkConfig(**found.configuration["network"]), found.configuration["heads"])
+        with _configured(path):
+            network = UNet(_size(found), found.configuration["heads"])
             size, colours = int(found.normalization["size"]), found.normalization["palette"]
             depth_range = tuple(found.normalization["depth_range"]) if "depth" in network.heads else None
-        except UserError as error:
-            raise UserError(f"{path}: {error}") from error
-        except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
-            raise UserError(f"{path}: its configuration is no translator's ({error!r})") from error
         if colours != [list(colour) for colour in palette()]:
             raise UserError(f"{path}: its canonical colours are {colours}: expected those of this scene, {palette()}")
         found.restore("unet", network)
