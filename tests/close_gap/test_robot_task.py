@@ -56,11 +56,17 @@ def test_a_report_becomes_the_robot_that_the_scene_can_simulate():
 def test_a_controller_that_knows_its_drives_puts_the_tool_where_it_is_wanted():
     effects = {"shoulder": {"coulomb_friction": {"value": 12.0}}, "lift": {"latency": {"delay": 0.15}}}
     assert abs(Drives(effects, STEP, WAITING).approach(GOAL)[0]) > 0.03
-    correction, wait = Tuning((effects,)).correction(WAITING, GOAL, STEP)
-    displaced = Drives(effects, STEP, WAITING).approach(GOAL + correction, wait)
+    correction, over, after = Tuning((effects,)).correction(WAITING, GOAL, STEP)
+    displaced = Drives(effects, STEP, WAITING).approach(GOAL + correction, over)
     assert displaced + correction == pytest.approx(np.zeros(4), abs=0.003)
-    assert wait * STEP < 0.5
-    assert not Tuning() and Tuning().correction(WAITING, GOAL, STEP)[1] == 0
+    assert 0.15 < after * STEP < 0.5
+    assert not Tuning() and Tuning().correction(WAITING, GOAL, STEP)[1:] == (0, 0)
+
+
+def test_a_slow_turn_is_waited_for_over_the_grasp_and_not_after_each_stroke():
+    slow = {"shoulder": {"viscous_damping": {"value": 120.0}}}
+    _, over, after = Tuning((slow,)).correction(WAITING, GOAL, STEP)
+    assert over * STEP > 0.5 and after * STEP < 0.05
 
 
 def _miss(name, log, values):

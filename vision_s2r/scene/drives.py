@@ -20,6 +20,7 @@ NOMINAL = {
     "lift": NominalJoint(1.0, 1.0, 4.0, 1.0, proportional_gain=2000.0, derivative_gain=80.0, command_limit=60.0),
     "wrist": NominalJoint(1.0, 0.004, 0.01, 0.01, proportional_gain=8.0, derivative_gain=0.3, command_limit=2.0),
 }
+LIFT = DRIVES.index("lift")
 _OFFSET = COLUMNS.index("position_offset")
 APPROACH = 1.0  # s from where the arm waits to over the grasp
 LONGEST = 1.6  # s that a controller waits for drives to arrive, at most
@@ -33,7 +34,7 @@ class Tuning:
     """A controller that knows drives: it commands what brings them to where they are wanted, and waits until they are.
 
     Of several beliefs it corrects for the mean displacement, and waits for the slowest. None: it commands the place
-    itself, and does not wait.
+    itself, and does not wait. What turns slowly is waited for over the grasp alone, where nothing is touched.
     """
 
     believed: tuple[Mapping[str, Values], ...] = ()  # effects by drive, of one belief each
@@ -41,30 +42,31 @@ class Tuning:
     def __bool__(self) -> bool:
         return any(self.believed)
 
-    def correction(self, waiting: np.ndarray, goal: np.ndarray, time_step: float) -> tuple[np.ndarray, int]:
-        """What to add [4] to the commands of a goal [4], and how many time steps to wait at each end of a motion."""
-        correction, steps = np.zeros(4), 0
+    def correction(self, waiting: np.ndarray, goal: np.ndarray, time_step: float) -> tuple[np.ndarray, int, int]:
+        """What to add [4] to the commands of a goal [4], and time steps to wait: over it, and after each stroke."""
+        correction, over, after = np.zeros(4), 0, 0
         if not self:
-            return correction, steps
+            return correction, over, after
         hold = round(LONGEST / time_step)
         for _ in range(ROUNDS):
             held = np.tile(goal + correction, (hold, 1))
-            raised = held + np.array([0.0, 0.0, STROKE, 0.0])
+            raised = held.copy()
+            raised[:, LIFT] += STROKE
             ways, strokes = [], []
             for effects in self.believed:
                 drives = Drives(effects, time_step, waiting)
                 drives.approach(goal + correction)
                 ways.append(drives.plan(held))
                 drives.commit(held)
-                strokes.append(drives.plan(raised))
+                strokes.append(drives.plan(raised)[:, [LIFT]])
             far = np.stack(ways)  # [B, hold, 4]
             correction = -far[:, -1].mean(axis=0)
-            steps = max(_settled(far), _settled(np.stack(strokes)))
-        return correction, steps
+            over, after = _settled(far), _settled(np.stack(strokes))
+        return correction, over, after
 
 
 def _settled(displaced: np.ndarray) -> int:
-    """Time steps until all of [B, T, 4] are where they end."""
+    """Time steps until all of [B, T, N] are where they end."""
     away = (np.abs(displaced - displaced[:, -1:]) > ARRIVED).any(axis=(0, 2))
     return int(np.flatnonzero(away).max(initial=-1)) + 1
 

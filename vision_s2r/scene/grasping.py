@@ -8,7 +8,7 @@ import numpy as np
 from vision_s2r.bullet import pybullet
 from vision_s2r.scene import arm
 from vision_s2r.scene.config import SceneConfig
-from vision_s2r.scene.drives import Drives, Tuning
+from vision_s2r.scene.drives import LIFT, Drives, Tuning
 from vision_s2r.scene.machine import NEUTRAL, Machine
 from vision_s2r.scene.state import SceneState
 from vision_s2r.scene.world import World
@@ -21,7 +21,7 @@ CLOSING_SPEED = 0.25
 CLOSING_TIME = 0.35  # s
 HOLD_TIME = 0.15
 EMPTY_OPENING = 0.001  # m: closed further than this, nothing is between the fingers
-LIFT, LEFT, RIGHT = 2, 4, 5
+LEFT, RIGHT = 4, 5
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ class _Gripper:
         self.drives = drives
         joints = arm.inverse(float(grasp[0]), float(grasp[1]), self.start, float(grasp[2]))
         self.goal = np.array(joints[:4])
-        self.wait, self.raised = 0, 0.0  # time steps, and m that the lift is commanded higher
+        self.wait, self.raised = 0, 0.0  # time steps after a stroke, and m that the lift is commanded higher
         if drives:
-            correction, self.wait = tuning.correction(waiting, self.goal, self.dt)
+            correction, over, self.wait = tuning.correction(waiting, self.goal, self.dt)
             self.goal = self.goal + correction
-            drives.approach(self.goal, self.wait)
+            drives.approach(self.goal, over)
             self.raised = float(correction[LIFT])
             joints = (*(self.goal + drives.displaced).tolist(), *joints[4:])
         self.body = _load(world)
