@@ -1,9 +1,11 @@
 """What a robot costs its task: who is blamed, what is believed of it, and what a controller makes of a belief."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from vision_s2r.camera import CameraConfig
 from vision_s2r.cli import compose
@@ -13,6 +15,7 @@ from vision_s2r.close_gap.config import CloseGapConfig, CloseGapStudyConfig
 from vision_s2r.close_gap.summary import Closed, recovered, said, summary
 from vision_s2r.joint import pack, simulate
 from vision_s2r.recording import read, write
+from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.report.robot import html
 from vision_s2r.scene import SceneConfig
 from vision_s2r.scene.drives import NOMINAL, Drives, Tuning
@@ -134,6 +137,22 @@ def test_the_simulator_as_it_came_is_trained_at_rates_of_its_own_not_of_fine_tun
     came, tuned = training.as_it_came(cfg, tmp_path), training.translator(cfg, CameraConfig(), "bin-64", tmp_path)
     assert (came.learning_rate, came.muon, came.max_steps) == (2e-3, 4e-3, cfg.close_gap.came_steps)
     assert tuned.learning_rate == cfg.close_gap.learning_rate and tuned.muon == cfg.translate.training.muon < 4e-3
+
+
+def test_a_policy_is_chosen_by_grasps_on_the_robot_that_is_believed_in(monkeypatch, tmp_path):
+    """Grasps of the perfect robot chose its first step each time."""
+    cfg = compose(CloseGapStudyConfig, "close_gap", ["experiment=debug", "close_gap.grasps=5", "jobs=1"])
+    rendered = RenderConfig(out=str(tmp_path), scenes=2, seed=1, views=1, grasps=3, workers=1)
+    views = Views.open(render(cfg.scene, rendered))
+    slippery = Machine({"contact": {"lateral_friction": {"value": 0.0}}})
+    monkeypatch.setattr(training, "labelled", lambda cfg: Inputs(views, views))
+    monkeypatch.setattr(training, "train_policy", lambda grasp, inputs, *rest: inputs)
+    inputs = training.policy(cfg, [slippery], Tuning(), tmp_path / "out")
+    for believed, scenes in ((inputs.views, 2), (inputs.validation, 1)):
+        held = believed.batch("success", torch.arange(scenes))
+        assert len(believed) == scenes and views.all("success")[:scenes].any() and not held.any()
+    none = replace(cfg, close_gap=replace(cfg.close_gap, grasps=0))
+    assert training.policy(none, [slippery], Tuning(), tmp_path / "none") == cfg.close_gap.policy
 
 
 def test_recovered_is_the_share_of_what_the_truth_wins():

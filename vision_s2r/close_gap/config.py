@@ -56,7 +56,10 @@ class CloseGapConfig:
     steps: int = option(1200, "Of fine-tuning the translator of each row.", low=1)
     learning_rate: float = option(1e-3, "Of that, at its highest.", above=0)
     grasps: int = option(
-        2000, "Grasps of the training scenes that each row tries again on the robot it believes in.", low=1
+        2000,
+        "Grasps of training and validation scenes that each row tries again on the robot it believes in. 0: none, and "
+        "its policy stays as it came.",
+        low=0,
     )
     policy_steps: int = option(300, "Of fine-tuning the policy of each row on them.", low=1)
     policy_learning_rate: float = option(2e-4, "Of that, at its highest.", above=0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ceil
 from pathlib import Path
 
 import numpy as np
@@ -17,10 +18,11 @@ from vision_s2r.render import Views
 from vision_s2r.scene import attempt
 from vision_s2r.scene.drives import Tuning
 from vision_s2r.scene.machine import Machine
-from vision_s2r.training import TrainingConfig
+from vision_s2r.training import TrainingConfig, ViewSource
 from vision_s2r.translate import train_translator
 
 GRASPS = "grasps.npz"
+CHOOSING = 0.2  # of the grasps, those that choose the checkpoint
 
 
 def as_it_came(cfg: CloseGapStudyConfig, out: Path) -> Path:
@@ -46,9 +48,14 @@ def _translator(
     return train_translator(translate, inputs, out, cfg.seed, frozen_q(translate))
 
 
-def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Path:
-    """The policy after some steps on grasps whose outcomes are those on these robots, by turns."""
+def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Path | str:
+    """The policy after some steps on grasps whose outcomes are those on these robots, by turns.
+
+    Others of these grasps choose the checkpoint. Without any the policy stays as it came.
+    """
     settings = cfg.close_gap
+    if not settings.grasps:
+        return settings.policy
     training = replace(
         cfg.grasp.training,
         max_steps=settings.policy_steps,
@@ -56,14 +63,11 @@ def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, 
         learning_rate=settings.policy_learning_rate,
         validate_every=max(settings.policy_steps // 2, 1),
     )
-    inputs = labelled(cfg)
-    views = inputs.views
-    assert isinstance(views, Views)
-    scenes = min(len(views), -(-settings.grasps // int(views.manifest.render["grasps"])))
-    views = views.subset(range(scenes))
-    again = Again(views, tried_again(cfg, views, robots, tuning, out))
+    inputs, chosen_by = labelled(cfg), round(CHOOSING * settings.grasps)
+    views = tried_again(cfg, inputs.views, settings.grasps - chosen_by, robots, tuning, out)
+    validation = tried_again(cfg, inputs.validation, chosen_by, robots, tuning, out / "validation")
     grasp = replace(cfg.grasp, start=settings.policy, training=training)
-    return train_policy(grasp, replace(inputs, views=again), out, cfg.seed)
+    return train_policy(grasp, replace(inputs, views=views, validation=validation), out, cfg.seed)
 
 
 class Again:
@@ -83,8 +87,13 @@ class Again:
         return self._success[indices] if name == "success" else self._views.batch(name, indices)
 
 
-def tried_again(cfg: CloseGapStudyConfig, views: Views, robots: Sequence[Machine], tuning: Tuning, out: Path) -> Tensor:
-    """Outcomes [N, grasps] of the views' grasps on these robots, by turns; kept in `out`, and tried once."""
+def tried_again(
+    cfg: CloseGapStudyConfig, views: ViewSource, count: int, robots: Sequence[Machine], tuning: Tuning, out: Path
+) -> Again:
+    """The first views, with outcomes of some `count` grasps on these robots, by turns; kept in `out`, tried once."""
+    assert isinstance(views, Views)
+    scenes = max(ceil(count / int(views.manifest.render["grasps"])), 1)
+    views = views.subset(range(min(len(views), scenes)))
     path = out / GRASPS
     if not path.exists():
         grasps, states = views.all("grasps").numpy().astype(float), views.states()
@@ -96,4 +105,4 @@ def tried_again(cfg: CloseGapStudyConfig, views: Views, robots: Sequence[Machine
         np.savez(partial, success=np.array(held).reshape(grasps.shape[:2]))
         partial.rename(path)
     with np.load(path, allow_pickle=False) as content:
-        return torch.from_numpy(content["success"]).to(views.all("success").dtype)
+        return Again(views, torch.from_numpy(content["success"]).to(views.all("success").dtype))
