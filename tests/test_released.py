@@ -37,7 +37,7 @@ def seen(views):
 def test_they_are_small_and_described():
     files = list(released.WEIGHTS.rglob("*.safetensors"))
     assert sum(file.stat().st_size for file in files) < 20e6
-    assert len(files) == 7 and all(file.with_suffix(".md").is_file() for file in files)
+    assert len(files) == 8 and all(file.with_suffix(".md").is_file() for file in files)
 
 
 def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):

@@ -43,28 +43,29 @@ def _weights(kernel: str) -> np.ndarray:
 
 @njit(nogil=True, cache=True, fastmath=True)
 def _resample(planes, x, y, weights, found):  # type: ignore[no-untyped-def]
+    """Flat and by unsigned indices: views of rows, and looking for indices below 0, would take most of the time."""
     maps, height, width, count = planes.shape
     phases, taps = len(weights) - 1, weights.shape[1]
     across, down = np.empty(taps, np.float32), np.empty(taps, np.float32)
     columns, rows = np.empty(taps, np.int64), np.empty(taps, np.int64)
     for m in range(maps):
+        values, to = planes[m].reshape(-1), found[m].reshape(-1)
+        at = np.uint64(0)
         for i in range(x.shape[1]):
             for j in range(x.shape[2]):
                 _taps(x[m, i, j], width, weights, phases, taps, across, columns)
                 _taps(y[m, i, j], height, weights, phases, taps, down, rows)
-                at = found[m, i, j]
-                at[:] = 0
+                for p in range(count):
+                    to[at + np.uint64(p)] = 0
                 for r in range(taps):
-                    row, here = planes[m, rows[r]], down[r] * across
-                    if taps == 4:  # a sum is written once for several taps
-                        a, b, c, d = row[columns[0]], row[columns[1]], row[columns[2]], row[columns[3]]
+                    for k in range(0, taps, 2):  # a sum is written once for two taps
+                        one, other = down[r] * across[k], down[r] * across[k + 1]
+                        a = np.uint64(count * (rows[r] * width + columns[k]))
+                        b = np.uint64(count * (rows[r] * width + columns[k + 1]))
                         for p in range(count):
-                            at[p] += here[0] * a[p] + here[1] * b[p] + here[2] * c[p] + here[3] * d[p]
-                        continue
-                    for k in range(0, taps, 2):
-                        a, b = row[columns[k]], row[columns[k + 1]]
-                        for p in range(count):
-                            at[p] += here[k] * a[p] + here[k + 1] * b[p]
+                            q = np.uint64(p)
+                            to[at + q] += one * values[a + q] + other * values[b + q]
+                at += np.uint64(count)
 
 
 @njit(nogil=True, cache=True, fastmath=True, inline="always")
