@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vision_s2r.contact import NominalContact, Shape, box, pack, simulate
+from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.errors import UserError
 from vision_s2r.recording import ArmRecording, CameraRecording, ContactRecording, JointRecording, read
 
@@ -28,6 +29,8 @@ NOMINAL = {
     "gravity_torque": 0.0,
     "bias_torque": 0.0,
 }
+
+QUICK = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, most=2)
 
 
 def a_joint(noise: float = 0.0, quantum: float = 0.0, samples: int = 120, speed: float = 1.0) -> JointRecording:

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from recordings import QUICK
 
 from vision_s2r.appearance import APPEARANCE_EFFECTS
 from vision_s2r.appearance.lamp import lamp_of
 from vision_s2r.appearance.normals import normals
 from vision_s2r.camera.colour import to_coded
+from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
@@ -71,7 +73,7 @@ def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
     gains = np.array([0.6, 0.75, 0.7])
     darker = replace(plain(), colours=plain().colours | {BOX: plain().colours[BOX] * gains})
     recording = replace(scenes(plain(), darker), label_names={BOX: "small box"})
-    found = diagnose(recording)
+    found = diagnose(recording, DiagnoseConfig(camera=QUICK))
     (effect,) = found.effects
     assert (effect.name, effect.label, effect.source) == ("albedo", BOX, "appearance")
     assert [each.value for each in effect.parameters.values()] == pytest.approx(gains, rel=0.03)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
-from tests.recordings import a_contact
+from tests.recordings import QUICK, a_contact
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.errors import UserError
@@ -30,7 +30,7 @@ def a_robot(folder, parts, outcomes="episode,success\n0,1\n1,0\n2,1\n"):
 
 def test_each_part_is_diagnosed_and_one_report_says_which_is_furthest_off(tmp_path):
     wrong = a_robot(tmp_path / "robot", {"joints": ["joints/a", "joints/b"]})
-    diagnose_all(DiagnoseConfig(recording=str(tmp_path / "robot"), out=str(tmp_path / "out"), jobs=1))
+    diagnose_all(DiagnoseConfig(recording=str(tmp_path / "robot"), out=str(tmp_path / "out"), jobs=1, joint=QUICK))
     report = json.loads((tmp_path / "out/report.json").read_text())
     stages = {stage["part"]: stage for stage in report["stages"]}
     assert report["kind"] == "robot" and report["verdict"] == "explained" and list(stages) == ["joints/a", "joints/b"]

@@ -5,9 +5,9 @@ import json
 
 import numpy as np
 import pytest
-from recordings import NOMINAL, a_camera, a_joint, an_arm
+from recordings import NOMINAL, QUICK, a_camera, a_joint, an_arm
 
-from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
+from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose_all
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
@@ -16,7 +16,6 @@ from vision_s2r.joint import NominalJoint, pack, simulate
 from vision_s2r.recording import JointRecording, read, split, write
 from vision_s2r.recording.joined import joined_arms, read_together
 
-QUICK = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, most=2)
 EFFECTS = {"viscous_damping": {"value": 0.2}, "coulomb_friction": {"value": 2 * NOMINAL["coulomb_friction"]}}
 
 

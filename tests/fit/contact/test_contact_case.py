@@ -291,7 +291,12 @@ def of_a_cube_whose_sides_are_off():
     ("names", "recorded", "wider"),
     [
         pytest.param([*ROUND, "corner_radius"], of_a_cube_whose_sides_are_off, True, marks=pytest.mark.slow),
-        (["lateral_friction"], lambda: slid(TossedBody(0.37, 0.3, 0.2, quadratic_drag=0.2)), True),
+        pytest.param(
+            ["lateral_friction"],
+            lambda: slid(TossedBody(0.37, 0.3, 0.2, quadratic_drag=0.2)),
+            True,
+            marks=pytest.mark.slow,
+        ),
         ([*ROUND], lambda: tossed(ROUND, 12)[0], False),
     ],
     ids=["sides that are off", "drag", "nothing"],
