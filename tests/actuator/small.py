@@ -21,9 +21,9 @@ def rng(seed=0):
     return np.random.default_rng(seed)
 
 
-def logged(cfg, motions, seed, effects=None):
-    """Motions of 2 s, without an outer loop."""
-    references = sweeps(LogsConfig(seconds=2.0), motions, cfg.sample_time, rng(seed))
+def logged(cfg, motions, seed, effects=None, seconds=2.0):
+    """Motions, without an outer loop."""
+    references = sweeps(LogsConfig(seconds=seconds), motions, cfg.sample_time, rng(seed))
     return record(MotorDrive(cfg, references.payload, rng(seed + 1), effects), references, NOTHING)
 
 

@@ -18,10 +18,10 @@ STILL = References(*np.zeros((3, 2, 400)), np.array([0.1, -0.05]))
 
 def test_the_analytic_model_is_what_a_drive_without_effects_delivers():
     cfg = drive(**QUIET, sample_time=0.0005)  # friction changes within a sample
-    log = logged(cfg, 2, 0, ANALYTIC)
+    log = logged(cfg, 2, 0, ANALYTIC, seconds=0.6)
     missed = np.abs(analytic_torque(cfg, log) - log.torque).mean()
     assert missed < 0.01 * np.abs(log.torque).mean()
-    real = logged(cfg, 2, 0)
+    real = logged(cfg, 2, 0, seconds=0.6)
     assert np.abs(analytic_torque(cfg, real) - real.torque).mean() > 0.3 * np.abs(real.torque).mean()
 
 

@@ -44,6 +44,7 @@ def test_a_policy_without_torch(tmp_path: Path) -> None:
     np.testing.assert_allclose(chances, expected.numpy(), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_file_that_differs_is_not_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(exporting, "PARITY", 1e-12)
     with pytest.raises(UserError, match="differs from torch by"):
