@@ -6,6 +6,7 @@ import pytest
 import torch
 
 from vision_s2r.cli import compose
+from vision_s2r.close_gap.config import CloseGapStudyConfig
 from vision_s2r.config import Config
 from vision_s2r.errors import UserError
 from vision_s2r.evaluate.rows import Loaders, load_rows
@@ -13,7 +14,7 @@ from vision_s2r.grasp import GraspPolicy
 from vision_s2r.render import RenderConfig, Views, render
 from vision_s2r.scene import CLASSES, SceneConfig
 from vision_s2r.scene.config import ObjectsConfig
-from vision_s2r.training import released
+from vision_s2r.training import checkpoint, released
 from vision_s2r.translate import Translator
 
 OBJECT = CLASSES.index("object")
@@ -48,6 +49,13 @@ def test_the_translator_finds_the_objects_of_a_look_it_never_saw(views):
     canonical = views.all("canonical").movedim(-1, 1) / 255
     before = (real.movedim(-1, 1) / 255 - canonical).abs().mean()
     assert float((found["canonical"] - canonical).abs().mean()) < 0.3 * float(before)
+
+
+def test_the_demo_s_robot_begins_with_a_translator_that_never_saw_a_camera():
+    cfg = compose(CloseGapStudyConfig, "close_gap", ["experiment=demo"])
+    came = checkpoint.load(cfg.close_gap.translator, "translator")
+    assert not came.configuration["camera"]["effects"] and not came.configuration["validation_camera"]["effects"]
+    assert Translator.load(cfg.close_gap.translator).size == cfg.data.validation.size == 64
 
 
 def test_its_policies_aim_at_objects(views):
