@@ -20,7 +20,7 @@ $(STAMP): constraints.txt pyproject.toml
 	$(PIP) --constraint constraints.txt --editable ".[dev]"
 	touch $@
 
-demo: setup ## render, train, evaluate, diagnose a withheld robot, in 15 to 30 minutes: outputs/demo/index.html
+demo: setup ## render, train, evaluate, diagnose a withheld robot, in 10 to 20 minutes: outputs/demo/index.html
 	$(BIN)/vision-s2r run experiment=demo
 	$(BIN)/vision-s2r close-gap experiment=demo
 

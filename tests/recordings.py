@@ -30,6 +30,7 @@ NOMINAL = {
     "bias_torque": 0.0,
 }
 
+# A search for what is easily found, where the search is not what is tested.
 QUICK = SearchConfig(folds=2, beam=1, breadth=4, contenders=2, most=2)
 
 
