@@ -15,6 +15,7 @@ from vision_s2r.appearance.normals import normals
 from vision_s2r.camera.colour import to_coded
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.diagnose.replay import ReplayConfig, replay_all
 from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.case import CameraCase
@@ -94,6 +95,18 @@ def test_a_darker_label_is_named_with_its_gains_and_replays(tmp_path) -> None:
     write(bare, tmp_path / "bare")
     with pytest.raises(UserError, match="no labels"):
         replay_all(ReplayConfig(str(tmp_path / "bare"), str(tmp_path / "report" / "report.json"), str(tmp_path / "no")))
+
+
+def test_a_thing_hides_what_is_behind_it_and_not_what_is_beside_it_in_its_rectangle() -> None:
+    bare, detail = scenes(plain(), plain()), np.random.default_rng(1).normal(0, 0.05, (FRAMES, SIZE, SIZE, 3))
+    rows, columns = np.indices((SIZE, SIZE))
+    beside = (np.abs(rows - 30) + np.abs(columns - 34) > 14)[..., None]  # a thing that stands on its corner
+    sim, real = bare.sim + detail, np.where(beside, bare.real + detail, 0.9)
+    sim, real = ((np.round(each.clip(0, 1) * 255) / 255).astype(np.float32) for each in (sim, real))
+    case = open_case(replace(bare, sim=sim, real=real))
+    found = case.fit(frozenset({"missing_object"}), range(case.segments), None)
+    assert found.values["missing_object"]["width"] == 27
+    assert not case.suspicious(found, "missing_object") and not case.contradicted(found, "missing_object")
 
 
 @pytest.mark.slow

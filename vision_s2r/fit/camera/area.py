@@ -34,7 +34,7 @@ def area_of(squared: Tensor, counted: Tensor, shares: Tensor) -> Area | None:
     `squared` [B, H, W]: squared residuals in units of their variance; `counted` [B, 1, H, W]: the pixels that count;
     `shares` [B, L, H, W]: the part of each pixel that is of a label.
     """
-    far = (squared > _FAR) & counted[:, 0]
+    far = far_off(squared) & counted[:, 0]
     often = (far.float().mean(0) >= _OFTEN).numpy().astype(np.uint8)
     pieces = cv2.morphologyEx(often, cv2.MORPH_OPEN, np.ones((_LINES, _LINES), np.uint8))
     pieces = cv2.morphologyEx(pieces, cv2.MORPH_CLOSE, np.ones((_GAPS, _GAPS), np.uint8))
@@ -49,6 +49,11 @@ def area_of(squared: Tensor, counted: Tensor, shares: Tensor) -> Area | None:
     fills = size >= max(_LEAST, _FILLED * width * height) and width * height <= _MOST * often.size
     piece = torch.from_numpy(which == largest)
     return found if fills and alone and not _of_a_label(piece, shares) else None
+
+
+def far_off(squared: Tensor) -> Tensor:
+    """Which squared residuals, in units of their variance, are of something that the simulator did not draw."""
+    return squared > _FAR
 
 
 def inside_of(area: Mapping[str, float], shape: tuple[int, ...], scale: float = 1.0) -> Tensor:

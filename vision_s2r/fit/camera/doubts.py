@@ -9,7 +9,7 @@ from torch import Tensor
 from vision_s2r.camera import CAMERA_EFFECTS
 from vision_s2r.effects import Effect
 from vision_s2r.fit.camera import excitation
-from vision_s2r.fit.camera.area import inside_of, seen_behind
+from vision_s2r.fit.camera.area import far_off, inside_of, seen_behind
 from vision_s2r.fit.camera.consistency import (
     ALLOWED,
     ALLOWED_WITHIN,
@@ -172,11 +172,15 @@ class CameraDoubts:
 
     @torch.inference_mode()
     def _shows_behind(self, values: Values, name: str) -> bool:
-        """Whether what was rendered shows in an area that something else is said to fill: then it is light upon it."""
-        pictures = self._study.pictures
+        """Whether what was rendered shows in an area that something else is said to fill: then it is light upon it.
+
+        Beside a thing that does not fill its rectangle the scene is seen as it is.
+        """
+        pictures, yardstick = self._study.pictures, self._study.yardstick
         mean = self._predictor.frames(values, range(self._study.count), lit=True)[0]
+        far = far_off((pictures.real - mean).square().mean(1) / yardstick.variance.mean(1))[:, None]
         inside = inside_of(values[name], pictures.sim.shape[-2:], pictures.scale)
-        return seen_behind(pictures.real, mean, self._study.yardstick.counted & inside)
+        return seen_behind(pictures.real, mean, yardstick.counted & inside & far)
 
     @torch.inference_mode()
     def _disagreements(self, hypothesis: Hypothesis, name: str) -> dict[str, float]:
