@@ -14,7 +14,6 @@ from vision_s2r.scene import CLASSES
 from vision_s2r.training import checkpoint
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.rcan import heads_for
-from vision_s2r.translate.translator import network_of
 
 
 def generators(cfg: AdaptConfig, translate: TranslateConfig) -> dict[str, nn.Module]:
@@ -33,8 +32,7 @@ def generators(cfg: AdaptConfig, translate: TranslateConfig) -> dict[str, nn.Mod
 def to_canonical(cfg: AdaptConfig, translate: TranslateConfig) -> tuple[NetworkConfig, dict[str, int]]:
     """Size and maps of the generator to canonical pictures: with pairs or a start a translator's, else its own."""
     if cfg.loss.paired or cfg.translator:
-        network = network_of(cfg.translator) if cfg.translator else translate.network
-        return network, heads_for(translate.loss)
+        return translate.network, heads_for(translate.loss)
     return cfg.network, {"canonical": 3}
 
 

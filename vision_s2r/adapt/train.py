@@ -1,6 +1,6 @@
 """From views and recorded pictures to a translator and a policy."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from vision_s2r.training.data import require, require_alike
 from vision_s2r.translate.config import TranslateConfig
 from vision_s2r.translate.pairs import needed
 from vision_s2r.translate.rcan import depth_range
+from vision_s2r.translate.translator import network_of
 
 TRAINING = ("canonical", "segmentation", "depth", *LABELS)
 VALIDATION = ("canonical", "real", "segmentation", *LABELS)
@@ -37,6 +38,8 @@ def train_adapted(
     configuration, views and checkpoints do not fit, and as `vision_s2r.training.train`.
     """
     check(cfg)
+    if cfg.translator:
+        translate = replace(translate, network=network_of(cfg.translator))
     views, validation = inputs.views, inputs.validation
     stride = 2 ** max(cfg.network.levels, translate.network.levels)
     if views.size % stride or recorded.size != views.size:
