@@ -45,3 +45,11 @@ def test_a_place_that_has_more_than_the_whole_gap_has_all_of_it_surely() -> None
     place = np.tile(np.arange(EACH), SEGMENTS)
     found = where(samples(place % 3, place % 5, np.where(place % 3 == 0, 3.0, -0.5)), 0)
     assert found[0]["at"] == "red" and found[0]["share"] == 1.0 and found[0]["ci"] == [1.0, 1.0]
+
+
+def test_what_has_no_noise_is_placed_where_it_has_but_little_more_than_elsewhere() -> None:
+    """Rolling resistance acts where a body rolls, which it may do nine tenths of the time."""
+    place = np.tile(np.arange(EACH), SEGMENTS)
+    little = samples(place % 3, place % 5, np.where(place % 3 == 0, 1.2, 0.9))
+    assert not where(little, 0)
+    assert where(little, 0, lift=1.0)[0]["at"] == "red"

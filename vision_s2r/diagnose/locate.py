@@ -17,11 +17,11 @@ MOST = 8  # places named
 SEEN = 0.05  # of the mean gap: as little is expected of a bin at least, whatever half of the segments has there
 
 
-def where(samples: Samples, seed: int) -> list[dict[str, Any]]:
-    """The places that hold more of the gap than of the samples, those of the axis that tells most first."""
+def where(samples: Samples, seed: int, lift: float = LIFT) -> list[dict[str, Any]]:
+    """The places that surely hold `lift` times their share of the samples, those of the axis that tells most first."""
     found = [(_tells(samples, axis), axis) for axis in samples.axes]
     ordered = [axis for _, axis in sorted(found, key=lambda each: -each[0])]
-    return [place for axis in ordered for place in _telling(samples, axis, seed)][:MOST]
+    return [place for axis in ordered for place in _telling(samples, axis, seed, lift)][:MOST]
 
 
 def _tells(samples: Samples, axis: Axis) -> float:
@@ -53,7 +53,7 @@ def _usual(count: np.ndarray, axis: Axis) -> np.ndarray:
     return count / np.maximum(count.sum(axis=-1, keepdims=True), 1)
 
 
-def _telling(samples: Samples, axis: Axis, seed: int) -> list[dict[str, Any]]:
+def _telling(samples: Samples, axis: Axis, seed: int, lift: float) -> list[dict[str, Any]]:
     """At most two places of an axis, the most telling first."""
     over, count = _sums(samples, axis)
     usual = _usual(count.sum(axis=0), axis)
@@ -70,7 +70,7 @@ def _telling(samples: Samples, axis: Axis, seed: int) -> list[dict[str, Any]]:
             return np.divide(share_of(counts, k), drawn, out=np.zeros(len(counts)), where=drawn > 0)
 
         share = float(share_of(np.ones((1, len(over))))[0])
-        if not share > LEAST or interval(lift_of, len(over), seed)[0] <= LIFT:  # of no gap there is no share
+        if not share > LEAST or interval(lift_of, len(over), seed)[0] <= lift:  # of no gap there is no share
             continue
         low, high = (min(max(end, 0.0), 1.0) for end in interval(share_of, len(over), seed))
         place = {

@@ -4,7 +4,7 @@ import pytest
 
 from tests.fit.camera.test_camera_case import opened, recorded
 from vision_s2r.diagnose.locate import where
-from vision_s2r.fit.case import NOMINAL
+from vision_s2r.fit.case import NOMINAL, Hypothesis
 
 
 @pytest.mark.parametrize(
@@ -21,3 +21,19 @@ def test_an_effect_alone_is_placed_on_its_own_axis(effect: str, values: dict[str
     case = opened(recorded(**{effect: values}))
     found = where(case.samples(NOMINAL), 0)
     assert found and found[0]["axis"] in axes
+
+
+@pytest.mark.parametrize(
+    ("effect", "values", "at"),
+    [
+        ("gamma", {"gamma": 0.85}, "51 to 102"),  # a power of tones leaves black and white as they are
+        ("shot_noise", {"full_well": 500.0}, "51 to 102"),
+        ("chromatic_aberration", {"red": 0.01, "blue": 0.0}, "red"),
+    ],
+)
+def test_what_a_named_effect_does_is_placed_by_what_it_changes(effect: str, values: dict[str, float], at: str) -> None:
+    """A report had no place for a gamma: of the whole gap no brightness has far more than of the pixels."""
+    case = opened(recorded(defocus_blur={"radius": 1.6}, **{effect: values}))
+    moved = case.moved(Hypothesis({effect: values, "defocus_blur": {"radius": 1.6}}), effect)
+    assert moved is not None
+    assert at in [place["at"] for place in where(moved, 0, lift=1.0)[:2]]

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import torch
+from torch import Tensor
 
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy
@@ -110,28 +111,41 @@ class CameraCase:
         yardstick = self.study.yardstick
         shrunk = yardstick.scale**2
         fine = mismatch(yardstick, noise, segments) / shrunk + yardstick.measured * (1 / shrunk - 1)
-        every = round(1 / self.study.pictures.scale)
-        labels = self.recording.labels
         error, floor = residual.square() + fine, yardstick.floor / shrunk
         unpredicted = self._predictor.unpredicted(hypothesis.values)
         if unpredicted is not None:
             error, residual = torch.where(unpredicted, floor, error), residual.masked_fill(unpredicted, 0.0)
+        return self._by_place(error, floor, residual)
+
+    @torch.inference_mode()
+    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
+        """What an effect changes of means and of noise, along the axes of its definition."""
+        along = CAMERA_FITS[unqualified(name)].along
+        if not along:
+            return None
+        without = replace(hypothesis, values={key: each for key, each in hypothesis.values.items() if key != name})
+        (one, noise, _), (other, quiet, _) = (
+            self._predictor.residual(each, range(self.segments), lit=False) for each in (hypothesis, without)
+        )
+        change = one - other
+        found = self._by_place(change.square() + (noise - quiet).abs(), torch.zeros_like(change), change)
+        return replace(found, axes=tuple(axis for axis in found.axes if axis.name in along))
+
+    def _by_place(self, error: Tensor, floor: Tensor, residual: Tensor) -> Samples:
+        """Samples of squares and of signed differences [N, C, H, W] of all frames, coded values from 0 to 1."""
+        every, labels = round(1 / self.study.pictures.scale), self.recording.labels
         return axes.samples(
             error * 255**2,
             floor * 255**2,
             residual * 255,
             self.study.pictures.real,
-            yardstick.counted,
+            self.study.yardstick.counted,
             None if labels is None else labels[:, ::every, ::every][:, : residual.shape[-2], : residual.shape[-1]],
         )
 
     def light(self, hypothesis: Hypothesis) -> dict[str, Any] | None:
         """The exposure (EV) of each frame against the simulator's under a hypothesis; None where light is steady."""
         return self._predictor.light(hypothesis)
-
-    def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
-        """None: no effect has axes of its own."""
-        return None
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats each name would gain: one linear step from the best of a few settings."""

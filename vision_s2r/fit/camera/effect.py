@@ -129,6 +129,7 @@ class CameraFit:
     chart: Chart | None = None  # None: it is no smooth change of the mean, and fitted by its own means
     # (width) -> settings from which a fit finds any other. None: its neutral value.
     starts: Callable[[int], list[Setting]] | None = None
+    along: tuple[str, ...] = ()  # axes of `axes` along which it acts more in some places than in others
     needs: tuple[str, ...] = ()  # keys of NEEDS; what they lack is said of the last
     confusable: frozenset[str] = frozenset()  # effects hard to tell from it when it is weak; one side is enough
     # The fit from coarse pictures to fine ones begins with it, at its neutral value, on pictures of this share of the

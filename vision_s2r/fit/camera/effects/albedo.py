@@ -17,6 +17,7 @@ CAMERA_FITS.register(
                 (0.7, 1.0, 1.5),
             )
         ],
+        along=("class",),
         needs=("colour", "light", "other labels"),
         coarse=0.0,
         unpaired="without pairs a colour cannot be told from what is in the pictures",

@@ -28,6 +28,7 @@ CAMERA_FITS.register(
             [15, 40, 25, 15],
         ),
         starts=starts,
+        along=("region",),
         needs=("light",),
         unpaired="without pairs a soft shadow cannot be told from a scene's own light",
     ),

@@ -7,6 +7,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="warp",
         chart=plain(("red", "blue"), lambda optics: [0.3 / optics.width] * 2, [30, 30]),
+        along=("radius", "channel"),
         needs=("colour", "edges"),
         coarse=0.5,
         by_channel=True,

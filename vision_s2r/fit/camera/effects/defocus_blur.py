@@ -10,6 +10,7 @@ CAMERA_FITS.register(
         stage="blur",
         chart=CHART,
         starts=lambda width: [{"radius": radius} for radius in (0.8, 1.4, 2.4, 4.0, 7.0)],
+        along=("frequency",),
         needs=("edges",),
         confusable=frozenset({"low_resolution", "motion_blur"}),
         faint=lambda values: values["radius"] < 0.72,

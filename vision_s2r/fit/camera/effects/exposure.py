@@ -9,6 +9,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="light",
         chart=CHART,
+        along=("brightness",),
         needs=("light",),
         coarse=0.0,
         unpaired=UnpairedFit(

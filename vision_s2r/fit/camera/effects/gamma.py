@@ -11,6 +11,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="tone",
         chart=CHART,
+        along=("brightness",),
         needs=("light", "contrast"),
         confusable=frozenset({"exposure"}),
         coarse=0.0,

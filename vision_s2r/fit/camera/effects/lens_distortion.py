@@ -18,6 +18,7 @@ CAMERA_FITS.register(
             lambda optics: [0.2 / optics.focal / optics.corner**3, 0.2 / optics.focal / optics.corner**5],
             [60, 60],
         ),
+        along=("radius",),
         needs=("edges",),
         coarse=0.0,
         bends=bends,

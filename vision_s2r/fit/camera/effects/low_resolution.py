@@ -7,6 +7,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="blur",
         starts=lambda width: [{"factor": factor} for factor in (1.15, 1.35, 1.6, 2.0, 2.6, 3.4, 4.5, 6.5)],
+        along=("frequency",),
         needs=("edges",),
         faint=lambda values: values["factor"] < 1.08,
         sized=True,

@@ -14,6 +14,7 @@ CAMERA_FITS.register(
             for length in (2.0, 5.0, 11.0)
             for angle in (0.0, 30.0, 60.0, 90.0, 120.0, 150.0)
         ],
+        along=("frequency",),
         needs=("edges",),
         between=True,
         confusable=frozenset({"low_resolution"}),

@@ -9,6 +9,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="noise",
         starts=lambda width: [{"sigma": 0.01}],
+        along=("brightness",),
         needs=("light",),
         confusable=frozenset({"shot_noise"}),
         unpaired=UnpairedFit(

@@ -9,6 +9,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="noise",
         starts=lambda width: [{"full_well": 1000.0}],
+        along=("brightness",),
         needs=("light",),
         unpaired=UnpairedFit(
             chart=Chart(

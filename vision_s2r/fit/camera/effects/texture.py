@@ -7,6 +7,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="grain",
         starts=lambda width: [{"amplitude": 0.1, "scale": 6.0}],
+        along=("class",),
         needs=("light",),
         unpaired="without pairs the grain of a label cannot be told from what is in the pictures",
     ),

@@ -10,6 +10,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="light",
         chart=CHART,
+        along=("region",),
         needs=("light",),
         confusable=frozenset({"cast_shadow"}),
         coarse=0.0,

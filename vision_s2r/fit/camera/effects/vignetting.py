@@ -9,6 +9,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="light",
         chart=CHART,
+        along=("radius",),
         needs=("light",),
         confusable=frozenset({"cast_shadow"}),
         coarse=0.0,

@@ -11,6 +11,7 @@ CAMERA_FITS.register(
     CameraFit(
         stage="tone",
         chart=CHART,
+        along=("channel",),
         needs=("colour", "light"),
         coarse=0.0,
         unpaired=UnpairedFit(
