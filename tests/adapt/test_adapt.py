@@ -1,6 +1,6 @@
 """Adaptation without pairs, on bars whose real look is dark and blue: what is released must work in it."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
@@ -20,7 +20,9 @@ from vision_s2r.render import Recorded
 from vision_s2r.scene import CLASSES
 from vision_s2r.training import Inputs, TrainingConfig, checkpoint
 from vision_s2r.translate import TranslateConfig, Translator
-from vision_s2r.translate.config import DiscriminatorConfig
+from vision_s2r.translate.config import DiscriminatorConfig, LossConfig
+from vision_s2r.translate.rcan import heads_for
+from vision_s2r.translate.translator import network_of
 
 NETWORK = NetworkConfig(width=8, levels=2, detail=8, rectifier=0, residual=True)
 LOSSES = {
@@ -72,8 +74,9 @@ def policy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return train_policy(cfg, Inputs(views(300, 0), views(60, 1)), tmp_path_factory.mktemp("policy"), 3)
 
 
-def adapted(out: Path, policy: Path | str, loss: AdaptLossConfig, steps: int) -> Adapted:
+def adapted(out: Path, policy: Path | str, loss: AdaptLossConfig, steps: int, start: str = "") -> Adapted:
     cfg = AdaptConfig(
+        translator=start,
         network=NETWORK,
         discriminator=DiscriminatorConfig(width=16, layers=2, learning_rate=1e-3),
         loss=loss,
@@ -129,6 +132,17 @@ def assert_looks_real(folder: Path, segments: bool) -> None:
     with torch.no_grad():
         made = generator(canonical)["picture"]
     assert (made - real).abs().mean() < 0.9 * (canonical - real).abs().mean()
+
+
+def test_a_translator_that_it_begins_with_brings_its_own_network(policy: Path, tmp_path: Path) -> None:
+    """One of another width than the configuration's was refused."""
+    wider, heads = replace(NETWORK, width=16, detail=16), heads_for(LossConfig())
+    tensors = {f"unet.{name}": tensor for name, tensor in UNet(wider, heads).state_dict().items()}
+    start = tmp_path / "translator.safetensors"
+    configuration = {"network": asdict(wider), "heads": heads}
+    checkpoint.save(start, checkpoint.Checkpoint("translator", configuration, {}, {"step": 0}, tensors))
+    found = adapted(tmp_path / "adapted", policy, LOSSES["cyclegan"], 1, str(start)).translator
+    assert found is not None and network_of(found) == wider
 
 
 def test_scene_consistency_is_that_of_the_paper() -> None:
