@@ -151,6 +151,9 @@ def test_a_policy_is_chosen_by_grasps_on_the_robot_that_is_believed_in(monkeypat
     for believed, scenes in ((inputs.views, 2), (inputs.validation, 1)):
         held = believed.batch("success", torch.arange(scenes))
         assert len(believed) == scenes and views.all("success")[:scenes].any() and not held.any()
+    fewer = replace(cfg, close_gap=replace(cfg.close_gap, grasps=3))  # whose grasps are not those that are kept
+    views_of_fewer = training.policy(fewer, [slippery], Tuning(), tmp_path / "out").views
+    assert views_of_fewer.batch("success", torch.arange(len(views_of_fewer))).shape == (1, 3)
     none = replace(cfg, close_gap=replace(cfg.close_gap, grasps=0))
     assert training.policy(none, [slippery], Tuning(), tmp_path / "none") == cfg.close_gap.policy
 

@@ -117,17 +117,15 @@ def _way(cfg: CloseGapStudyConfig, belief: Belief, start: str, out: Path) -> Way
     translator = training.translator(cfg, belief.camera, start, out / "translator")
     policy = training.policy(cfg, belief.robots, belief.tuning, out / "policy")
     if not (out / COSTS).exists():
-        views = cfg.close_gap.steps * cfg.translate.training.batch_size
-        spent = {"grasps": cfg.close_gap.grasps, "pictures": views, "minutes": (monotonic() - began) / 60}
-        write(out / COSTS, json.dumps(spent))
+        write(out / COSTS, json.dumps({"minutes": (monotonic() - began) / 60}))
     return Way(str(translator), str(policy), belief.tuning)
 
 
 def _cost(cfg: CloseGapStudyConfig, out: Path) -> dict[str, float]:
     if not (out / COSTS).exists():
         return {"grasps": 0, "pictures": 0, "minutes": 0.0}
-    spent: dict[str, float] = json.loads((out / COSTS).read_text())
-    return spent
+    views = cfg.close_gap.steps * cfg.translate.training.batch_size
+    return {"grasps": cfg.close_gap.grasps, "pictures": views, **json.loads((out / COSTS).read_text())}
 
 
 def _diagnosis_cost(spent: dict[str, float], folder: Path, minutes: float) -> dict[str, float]:

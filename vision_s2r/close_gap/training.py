@@ -56,6 +56,7 @@ def policy(cfg: CloseGapStudyConfig, robots: Sequence[Machine], tuning: Tuning, 
     settings = cfg.close_gap
     if not settings.grasps:
         return settings.policy
+    out = out / f"{settings.grasps}_grasps"
     training = replace(
         cfg.grasp.training,
         max_steps=settings.policy_steps,
