@@ -159,8 +159,17 @@ class UnpairedCase:
         return Samples(error.ravel(), floor.ravel(), segment, axes(self._statistics, self.segments))
 
     def moved(self, hypothesis: Hypothesis, name: str) -> Samples | None:
-        """None: no effect has axes of its own."""
-        return None
+        """What an effect changes of the mean of each statistic, along the axes of its definition."""
+        # Of how far from the centre something is, statistics know the corners alone, a place of region.
+        along = {"region" if axis == "radius" else axis for axis in CAMERA_FITS[name].along}
+        if not along:
+            return None
+        without = {key: each for key, each in hypothesis.values.items() if key != name}
+        change = self._fitter.mean(hypothesis.values) - self._fitter.mean(without)
+        error = np.tile((change / self._fitter.scatter.deviation) ** 2, self.segments)
+        segment = np.repeat(np.arange(self.segments), len(change))
+        found = (axis for axis in axes(self._statistics, self.segments) if axis.name in along)
+        return Samples(error, np.zeros(len(error)), segment, tuple(found))
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:
         """About how many nats adding each of these names to the hypothesis would gain, all segments; cheap."""
