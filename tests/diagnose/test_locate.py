@@ -52,4 +52,4 @@ def test_what_has_no_noise_is_placed_where_it_has_but_little_more_than_elsewhere
     place = np.tile(np.arange(EACH), SEGMENTS)
     little = samples(place % 3, place % 5, np.where(place % 3 == 0, 1.2, 0.9))
     assert not where(little, 0)
-    assert where(little, 0, lift=1.0)[0]["at"] == "red"
+    assert where(little, 0, lift=0.0)[0]["at"] == "red"

@@ -18,7 +18,10 @@ SEEN = 0.05  # of the mean gap: as little is expected of a bin at least, whateve
 
 
 def where(samples: Samples, seed: int, lift: float = LIFT) -> list[dict[str, Any]]:
-    """The places that surely hold `lift` times their share of the samples, those of the axis that tells most first."""
+    """The places that hold more of the gap than of the samples, surely `lift` times as much.
+
+    Those of the axis that tells most come first.
+    """
     found = [(_tells(samples, axis), axis) for axis in samples.axes]
     ordered = [axis for _, axis in sorted(found, key=lambda each: -each[0])]
     return [place for axis in ordered for place in _telling(samples, axis, seed, lift)][:MOST]
@@ -70,7 +73,7 @@ def _telling(samples: Samples, axis: Axis, seed: int, lift: float) -> list[dict[
             return np.divide(share_of(counts, k), drawn, out=np.zeros(len(counts)), where=drawn > 0)
 
         share = float(share_of(np.ones((1, len(over))))[0])
-        if not share > LEAST or interval(lift_of, len(over), seed)[0] <= lift:  # of no gap there is no share
+        if not share > max(LEAST, usual[k]) or interval(lift_of, len(over), seed)[0] <= lift:  # of no gap: nan
             continue
         low, high = (min(max(end, 0.0), 1.0) for end in interval(share_of, len(over), seed))
         place = {

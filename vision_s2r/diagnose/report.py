@@ -264,13 +264,13 @@ def _places(case: Case, assessor: Assessor, settled: Settled) -> list[dict[str, 
     """Where the named effects do what they do, those of the largest first; then where the whole gap lies.
 
     Of an effect the axes are those of its definition, and shares are of what it does, in which there is no noise: any
-    place that surely has more than its samples will do where none stands out.
+    place that has more than its samples will do where none surely stands out.
     """
     found, places = settled.found, []
     for name in sorted(found.effects, key=lambda each: -settled.share(each).value):
         moved = case.moved(settled.source(name)[0], name)
         if moved:
-            there = where(moved, assessor.seed) or where(moved, assessor.seed, lift=1.0)
+            there = where(moved, assessor.seed) or where(moved, assessor.seed, lift=0.0)
             places += [{**place, "effect": name} for place in there[:OF_EFFECT]]
     return [*places, *where(case.samples(found.nominal.hypothesis), assessor.seed)]
 
