@@ -29,6 +29,10 @@ class Hypothesis:
         kept = {name: value for name, value in self.values.items() if name in names}
         return Hypothesis(kept, {key: value for key, value in self.extra.items() if key in names})
 
+    def without(self, effect: str) -> "Hypothesis":
+        """The hypothesis without one of its effects."""
+        return Hypothesis({name: value for name, value in self.values.items() if name != effect}, self.extra)
+
 
 NOMINAL = Hypothesis()  # the simulator as it came
 

@@ -123,9 +123,9 @@ class CameraCase:
         along = CAMERA_FITS[unqualified(name)].along
         if not along:
             return None
-        without = replace(hypothesis, values={key: each for key, each in hypothesis.values.items() if key != name})
         (one, noise, _), (other, quiet, _) = (
-            self._predictor.residual(each, range(self.segments), lit=False) for each in (hypothesis, without)
+            self._predictor.residual(each, range(self.segments), lit=False)
+            for each in (hypothesis, hypothesis.without(name))
         )
         change = one - other
         found = self._by_place(change.square() + (noise - quiet).abs(), torch.zeros_like(change), change)

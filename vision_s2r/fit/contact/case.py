@@ -148,8 +148,8 @@ class ContactCase:
 
     def _change(self, hypothesis: Hypothesis, name: str) -> np.ndarray:
         """Squares [R, 6·ORDERS] of what an effect of the hypothesis changes, in units of what is not known, limited."""
-        without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
-        one, other = (self._fitter.residuals(each, range(self.segments)) for each in (hypothesis, without))
+        both = (hypothesis, hypothesis.without(name))
+        one, other = (self._fitter.residuals(each, range(self.segments)) for each in both)
         return np.minimum((one - other) ** 2, WINSOR)
 
     def screen(self, hypothesis: Hypothesis, names: Sequence[str]) -> dict[str, float]:

@@ -254,12 +254,9 @@ class JointCase:
                 return True
         if name == "encoder_quantization":
             return False
-        less = {key: value for key, value in hypothesis.values.items() if key != name}
-        segments = range(self.segments)
-        change = self._fitter.residuals(hypothesis, segments) - self._fitter.residuals(
-            Hypothesis(less, hypothesis.extra), segments
-        )
-        squares = (change[self.track.segment >= 0] ** 2).mean(axis=0)
+        both = (hypothesis, hypothesis.without(name))
+        one, other = (self._fitter.residuals(each, range(self.segments)) for each in both)
+        squares = ((one - other)[self.track.segment >= 0] ** 2).mean(axis=0)
         return bool((squares / (4 * self.tolerance + 1e-3 * self._expected)).max() < 1)
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:

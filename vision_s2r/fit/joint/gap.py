@@ -67,8 +67,7 @@ class FreeRunGap:
         Squared, with no noise in it: each sample begins where the joint was measured, with the effect and without.
         """
         inside = self._track.segment >= 0
-        without = Hypothesis({key: each for key, each in hypothesis.values.items() if key != name}, hypothesis.extra)
-        change = self._ahead(hypothesis) - self._ahead(without)
+        change = self._ahead(hypothesis) - self._ahead(hypothesis.without(name))
         axes = {each: (labels, bins) for each, labels, bins in self._axes()}
         if period := JOINT_FITS[name].period:
             again = period(hypothesis.values[name])

@@ -14,7 +14,7 @@ from vision_s2r.errors import UserError
 from vision_s2r.fit.camera.effect import CAMERA_FITS, Optics
 from vision_s2r.fit.camera.quantization import jpeg_quality
 from vision_s2r.fit.camera.surfaces import library_of
-from vision_s2r.fit.case import Experiment, Hypothesis, Intervals, Names, Samples, Segments, Values, confusable
+from vision_s2r.fit.case import Experiment, Hypothesis, Intervals, Names, Samples, Segments, confusable
 from vision_s2r.fit.unpaired import space
 from vision_s2r.fit.unpaired.axes import axes
 from vision_s2r.fit.unpaired.intervals import intervals
@@ -164,8 +164,7 @@ class UnpairedCase:
         along = {"region" if axis == "radius" else axis for axis in CAMERA_FITS[name].along}
         if not along:
             return None
-        without = {key: each for key, each in hypothesis.values.items() if key != name}
-        change = self._fitter.mean(hypothesis.values) - self._fitter.mean(without)
+        change = self._fitter.mean(hypothesis.values) - self._fitter.mean(hypothesis.without(name).values)
         error = np.tile((change / self._fitter.scatter.deviation) ** 2, self.segments)
         segment = np.repeat(np.arange(self.segments), len(change))
         found = (axis for axis in axes(self._statistics, self.segments) if axis.name in along)
@@ -228,7 +227,7 @@ class UnpairedCase:
         or more, such a set is one that the same camera may take.
         """
         mean = self._fitter.mean
-        moved = {name: mean(simulator.values) - mean(_without(simulator.values, name)) for name in sorted(names)}
+        moved = {name: mean(simulator.values) - mean(simulator.without(name).values) for name in sorted(names)}
         if left:
             moved[UNEXPLAINED] = self._real.mean(0) - mean(simulator.values)
         spread = self._real.std(axis=0, ddof=1) + 1e-9
@@ -277,10 +276,6 @@ class UnpairedCase:
         """Differences [segments, K] from the mean of the other real pictures."""
         whole = self._real.mean(0)
         return (self._real[list(segments)] - whole) * (self.segments / (self.segments - 1))
-
-
-def _without(values: Values, name: str) -> Values:
-    return {key: given for key, given in values.items() if key != name}
 
 
 def _study(recording: CameraRecording, library: Collection[str]) -> UnpairedStudy:
