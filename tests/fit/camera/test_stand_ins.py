@@ -272,6 +272,8 @@ def test_light_upon_a_scene_is_no_thing_before_it() -> None:
     assert seen_behind(many() * 0.8 + 0.2, many(), inside)
     assert not seen_behind(torch.where(inside, many().roll(7, 2), many()), many(), inside)
     assert not seen_behind(many(), torch.full_like(many(), 0.5), inside)  # nothing was drawn there to be seen
+    faint, print_on_it = 0.1 * many(), torch.rand(many().shape, generator=torch.Generator().manual_seed(0))
+    assert not seen_behind(print_on_it + faint, faint, inside)  # as like as chance makes what has much of its own
 
 
 def test_a_picture_that_is_sharper_asks_for_no_blur() -> None:

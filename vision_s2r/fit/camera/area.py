@@ -23,6 +23,7 @@ _FILLED = 0.5  # of its rectangle
 _ALONE = 0.6  # of all that is far off, that is in the rectangle
 _BORDER = 2  # px around it, that show both
 _DETAIL, _BEHIND = 1 / 255, 0.5  # of what was drawn there: enough to tell; the share of it that no thing lets through
+_ALIKE = 0.3  # correlation of the two: less is chance, where a thing has much detail of its own
 _OWN = 0.6  # overlap with the place of a label, whose own look it then is
 
 Area = dict[str, float]  # x, y, width, height
@@ -69,9 +70,9 @@ def inside_of(area: Mapping[str, float], shape: tuple[int, ...], scale: float = 
 def seen_behind(real: Tensor, drawn: Tensor, inside: Tensor) -> bool:
     """Whether `real` [B, C, H, W] has, `inside` [B, 1, H, W], most of the detail that was drawn: no thing hides it."""
     real, drawn = (each - F.avg_pool2d(each, 5, 1, 2) for each in (real, drawn))
-    size = (drawn.square() * inside).sum()
-    clear = float(size) > _DETAIL**2 * float(inside.sum()) * real.shape[1]
-    return bool(clear and (real * drawn * inside).sum() > _BEHIND * size)
+    size, own, common = (float((each * inside).sum()) for each in (drawn.square(), real.square(), real * drawn))
+    clear = size > _DETAIL**2 * float(inside.sum()) * real.shape[1]
+    return clear and common > _BEHIND * size and common > _ALIKE * (size * own) ** 0.5
 
 
 def _of_a_label(piece: Tensor, shares: Tensor) -> bool:
