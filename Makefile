@@ -23,7 +23,7 @@ $(STAMP): constraints.txt pyproject.toml
 	$(BIN)/python -m compileall -qq -j 0 -x '/tests/' $(VENV)/lib vision_s2r || true
 	touch $@
 
-demo: setup ## render, train, evaluate, diagnose a withheld robot, in 10 to 20 minutes: outputs/demo/index.html
+demo: setup ## render, train, evaluate, diagnose a withheld robot, in 8 to 18 minutes: outputs/demo/index.html
 	$(BIN)/vision-s2r run experiment=demo
 	$(BIN)/vision-s2r close-gap experiment=demo
 
