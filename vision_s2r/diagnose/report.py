@@ -56,9 +56,9 @@ def verdict(assessor: Assessor, settled: Settled) -> str:
     found, gap, unsteady = settled.found, settled.gap, bool(assessor.case.unsteady)
     near = gap.after.mean() < NEAR_FLOOR**2 * gap.floor.mean()
     if found.effects:
+        little = found.adequate and not found.unknown and not unsteady and near
         # Steps that are predicted to the noise may add up to a free run that nominal values alone predict better.
-        worse = gap.shrink(gap.after, gap.refitted).ci[1] < 0
-        if found.adequate and not found.unknown and not unsteady and near and not worse:
+        if little and not gap.shrink(gap.after, gap.refitted).ci[1] < 0:
             return "explained"
         return "unexplained" if _beside_the_point(assessor.case, settled) else "partly_explained"
     if found.unknown or unsteady or settled.harmful or not (near and assessor.adequate(found.nominal)):

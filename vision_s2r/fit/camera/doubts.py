@@ -66,7 +66,7 @@ class CameraDoubts:
             return bool(self._library[name].is_neutral(values[name]))
         if excitation.faint(name, values, self._study.pictures.scale) or self._within_a_lens(name, values):
             return True
-        without = _without(values, name)
+        without = hypothesis.without(name).values
         if name in of_stage("noise"):
             return self._unseen_noise(values, without)
         few = self._fitter.few(range(self._study.count))
@@ -190,7 +190,7 @@ class CameraDoubts:
             return {}
         asked = self._study.asked
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
-        other = self._predictor.frames(_without(values, name), asked, lit=True)[0]
+        other = self._predictor.frames(hypothesis.without(name).values, asked, lit=True)[0]
         # Beside an unknown that may do its work nothing would be seen to differ.
         other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in IMITATING[stage]}
         left = self._predictor.residual(Hypothesis(values, other_kinds), asked, lit=True)[0]
@@ -203,15 +203,10 @@ class CameraDoubts:
             return False
         asked = self._study.asked
         real, counted = self._study.pictures.real[asked], self._study.yardstick.counted[asked]
-        without = Hypothesis(_without(hypothesis.values, name), hypothesis.extra)
         left, noise, _ = self._predictor.residual(hypothesis, asked, lit=True)
-        sharp = real - self._predictor.residual(without, asked, lit=True)[0]
+        sharp = real - self._predictor.residual(hypothesis.without(name), asked, lit=True)[0]
         lacking = detail_lacking(real, real - left, sharp, noise, counted)
         return lacking is not None and abs(lacking) < SHARP  # far less than none: something sharpens what was blurred
-
-
-def _without(values: Values, name: str) -> Values:
-    return {each: value for each, value in values.items() if each != name}
 
 
 def _differs(found: Mapping[str, float], axes: Sequence[str], allowed: float) -> bool:
