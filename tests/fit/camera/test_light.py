@@ -70,6 +70,10 @@ def test_a_frames_light_is_told_from_its_surfaces() -> None:
     real = mean * (1.1 + 0.2 * x + 0.1 * x[:, None]) + 0.03
     lit = FrameLight("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2))
     assert (lit.mean - real.clamp(0, 1)).abs().max() < 0.02
+    dim = FrameLight("field").on(mean / 2, real / 2, torch.full_like(mean[:, :1], 255.0**2))
+    edges = (mean > mean.mean()).float()
+    brighter, drawn = dim.beside(torch.stack([mean / 2, edges])).abs().amax((1, 2, 3, 4))
+    assert brighter < 1e-3 < drawn  # light would make up for the first
     assert stops(FrameLight("exposure").on(mean, mean * 1.1, torch.ones_like(mean)), "linear") == pytest.approx(
         np.log2(1.1), abs=0.01
     )

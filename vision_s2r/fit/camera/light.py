@@ -6,10 +6,12 @@ cause, and whatever is fitted without them bends to make up for them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
 import torch
+from numba import njit
 from torch import Tensor
 
 from vision_s2r.camera.colour import to_linear
@@ -21,6 +23,7 @@ Kind = Literal["steady", "exposure", "field"]
 _ROBUST = 6.0  # degrees of freedom of the weights: a hand before the board is no light
 _PASSES = 3  # of reweighting
 _RIDGE = 1e-5  # of the mean curvature: a frame that shows one grey has no veil of its own
+_BLOCK = 1024  # values of a frame that are added up at a time, so that they stay in the cache
 _POINTS = 20_000  # of a frame, that its light is fitted to, at most
 _DIFFERS = 0.03  # standard deviation of the frames' gains, from which light may be said to differ
 _LEFT = 0.8  # of what a simpler light leaves: one that is more the frames' own has to leave less than this
@@ -31,19 +34,38 @@ _FINEST = 80  # px of the shorter side, of the pictures on which it is decided
 
 @dataclass(frozen=True)
 class Lit:
-    """Predictions [B, C, H, W] in the light of each frame."""
+    """Predictions [B, C, H, W] in the light of each frame: times a field of waves, and a veil over it."""
 
     mean: Tensor
-    basis: Tensor  # [B, K, C·H·W]: what the light may add to the prediction
-    gain: Tensor  # [B, C, H, W]: what it multiplies it by; nothing where the sensor is full
-    weight: Tensor  # [B, 1, C·H·W]
-    coefficients: Tensor  # [B, K]
+    unlit: Tensor  # [B, C, H, W]
+    waves: Tensor  # [W, H, W]
+    gain: Tensor  # [B, C, H, W]: what it multiplies the prediction by; nothing where the sensor is full
+    weight: Tensor  # [B, C, H, W]
+    coefficients: Tensor  # [B, K], of the waves and the veil
 
     def beside(self, slopes: Tensor) -> Tensor:
         """Changes of the unlit prediction [P, B, C, H, W] as lit, less what light would make up for."""
-        lit = (slopes * self.gain).flatten(2)  # [P, B, CHW]
-        made_up = _solved(self.basis, self.weight, lit.transpose(0, 1)) @ self.basis  # [B, P, CHW]
-        return (lit - made_up.transpose(0, 1)).view_as(slopes)
+        lit = slopes * self.gain
+        for frame in range(len(self.mean)):
+            coefficients = _solved(*self.equations(frame, lit[:, frame]))
+            lit[:, frame] -= self.added(frame, torch.from_numpy(coefficients).float())
+        return lit
+
+    def equations(self, frame: int, targets: Tensor) -> tuple[np.ndarray, np.ndarray]:
+        """Normal equations of the coefficients for targets [P, C, H, W] of one frame: [K, K] and [P, K]."""
+        unlit, weight = (each[frame].flatten(1).numpy() for each in (self.unlit, self.weight))
+        waves = self.waves.flatten(1).numpy()
+        return _equations(unlit, weight, waves, self.veil, targets.flatten(2).contiguous().numpy())
+
+    def added(self, frame: int, coefficients: Tensor) -> Tensor:
+        """What light of these coefficients [P, K] adds to one frame: [P, C, H, W]."""
+        field = torch.tensordot(coefficients[:, : len(self.waves)], self.waves, 1)[:, None]
+        veil = coefficients[:, -1, None, None, None] if self.veil else 0.0
+        return field * self.unlit[frame] + veil
+
+    @property
+    def veil(self) -> bool:
+        return self.coefficients.shape[1] > len(self.waves)
 
 
 @dataclass(frozen=True)
@@ -57,65 +79,109 @@ class FrameLight:
 
         Least squares under Student's weights; a frame's light is its own, whatever frames are asked for together.
         """
-        frames = zip(mean.split(1), real.split(1), weight.expand_as(mean).split(1), strict=True)
-        found = [self._frame(*each) for each in frames]
-        return Lit(
-            torch.cat([each.mean for each in found]),
-            torch.cat([each.basis for each in found]),
-            torch.cat([each.gain for each in found]),
-            torch.cat([each.weight for each in found]),
-            torch.cat([each.coefficients for each in found]),
-        )
-
-    def _frame(self, mean: Tensor, real: Tensor, weight: Tensor) -> Lit:
-        waves = self._waves(mean)
-        basis = torch.cat([(mean * wave).flatten(1)[:, None] for wave in waves], 1)
-        if self.kind == "field":
-            basis = torch.cat([basis, torch.ones_like(basis[:, :1])], 1)
-        whole = basis, mean.flatten(1), real.flatten(1), weight.flatten(1)
+        height, width = mean.shape[-2:]
+        waves, veil = _waves(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
+        mean = mean.contiguous()
+        lit, robust, gain = (torch.empty_like(mean) for _ in range(3))
+        coefficients = torch.empty(len(mean), len(waves) + veil)
+        whole = [each.expand_as(mean).flatten(2).contiguous().numpy() for each in (mean, real, weight)]
         stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
-        few = tuple(each[..., ::stride].contiguous() for each in whole)
-        robust = few[-1]
-        for k in range(_PASSES):
-            coefficients = _solved(few[0], robust[:, None], (few[2] - few[1])[:, None])[:, 0]
-            last = k == _PASSES - 1
-            robust, added = _forgiving(coefficients, *(whole if last else few))
-        lit = mean + added.view_as(mean)
-        gain = sum((c * wave for c, wave in zip(coefficients[0], waves, strict=False)), torch.ones(1, 1, 1, 1))
-        gain = gain * ((lit > 0) & (lit < 1))
-        return Lit(lit.clamp(0, 1), basis, gain, robust[:, None], coefficients)
-
-    def _waves(self, like: Tensor) -> list[Tensor]:
-        """Polynomials [1, 1, H, W] in the place, up to the second order; the constant alone of an exposure."""
-        one = torch.ones(1, 1, 1, 1)
-        if self.kind != "field":
-            return [one]
-        y = torch.linspace(-1, 1, like.shape[-2])[:, None].expand(like.shape[-2:])[None, None]
-        x = torch.linspace(-1, 1, like.shape[-1]).expand(like.shape[-2:])[None, None]
-        return [one, x, y, x * x, x * y, y * y]
+        of_few = waves.flatten(1).repeat(1, mean.shape[1])[:, ::stride].contiguous().numpy()
+        for frame in range(len(mean)):
+            given = [each[frame] for each in whole]
+            found = _likeliest([each.reshape(1, -1)[:, ::stride].copy() for each in given], of_few, veil)
+            coefficients[frame] = torch.from_numpy(found)
+            written = (each[frame].flatten(1).numpy() for each in (lit, robust, gain))
+            _forgiving(coefficients[frame].numpy(), waves.flatten(1).numpy(), *given, *written)
+        return Lit(lit, mean, waves, gain, robust, coefficients)
 
 
 STEADY = FrameLight("steady")
 
 
-def _solved(basis: Tensor, weight: Tensor, targets: Tensor) -> Tensor:
-    """Weighted least squares: coefficients [B, P, K] of `basis` [B, K, D] for `targets` [B, P, D]."""
-    weighed = basis * weight
-    matrix = (weighed @ basis.mT).double()
-    ridge = _RIDGE * matrix.diagonal(dim1=1, dim2=2).mean(1)[:, None, None] + 1e-12
-    vectors = (weighed @ targets.mT).double()
-    found = torch.linalg.solve(matrix + ridge * torch.eye(matrix.shape[-1], dtype=torch.float64), vectors)
-    return found.mT.float()
+@lru_cache(maxsize=8)
+def _waves(height: int, width: int) -> Tensor:
+    """Polynomials [6, H, W] in the place, up to the second order."""
+    y = torch.linspace(-1, 1, height)[:, None].expand(height, width)
+    x = torch.linspace(-1, 1, width).expand(height, width)
+    return torch.stack([torch.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _forgiving(
-    coefficients: Tensor, basis: Tensor, mean: Tensor, real: Tensor, weight: Tensor
-) -> tuple[Tensor, Tensor]:
-    """Weights [B, D] that forgive single values what light of these coefficients leaves, and what the light adds."""
-    added = (coefficients[:, None] @ basis)[:, 0]
-    left = real - mean - added
-    full = (mean + added >= 1) & (real > 0.998)  # more light would not be seen
-    return torch.where(full, 0.0, weight * (_ROBUST + 1) / (_ROBUST + left.square() * weight)), added
+def _likeliest(points: Sequence[np.ndarray], waves: np.ndarray, veil: bool) -> np.ndarray:
+    """Coefficients [K] at points of a frame: its prediction, what is real, the weight, each [1, D]; `waves` [W, D]."""
+    mean, real, weight = points
+    robust, unused = weight.copy(), np.empty((2, *mean.shape), np.float32)
+    coefficients = np.zeros(0)
+    for k in range(_PASSES):
+        coefficients = _solved(*_equations(mean, robust, waves, veil, (real - mean)[None]))[0]
+        if k < _PASSES - 1:
+            of_light = coefficients.astype(np.float32)
+            _forgiving(of_light, waves, mean, real, weight, unused[0], robust, unused[1])
+    return coefficients
+
+
+def _solved(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    """Coefficients [P, K] from normal equations [K, K], [P, K]."""
+    ridge = _RIDGE * matrix.diagonal().mean() + 1e-12
+    return np.linalg.solve(matrix + ridge * np.eye(len(matrix)), vectors.T).T
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _equations(mean, weight, waves, veil, targets):  # type: ignore[no-untyped-def]
+    """Of the prediction [C, D] times each wave [W, D], and a veil, for targets [P, C, D]; sums of a block at a time."""
+    count, size = len(waves) + veil, mean.shape[1]
+    matrix, vectors = np.zeros((count, count)), np.zeros((len(targets), count))
+    basis, weighed = np.ones((count, _BLOCK), np.float32), np.empty(_BLOCK, np.float32)
+    for c in range(len(mean)):
+        for start in range(0, size, _BLOCK):
+            part = slice(start, min(start + _BLOCK, size))
+            unlit, counted = mean[c, part], weight[c, part]
+            for k in range(len(waves)):
+                _times(unlit, waves[k, part], basis[k])
+            for k in range(count):
+                _times(counted, basis[k], weighed)
+                for other in range(k + 1):
+                    matrix[k, other] += _dot(weighed[: len(unlit)], basis[other])
+                for p in range(len(targets)):
+                    vectors[p, k] += _dot(weighed[: len(unlit)], targets[p, c, part])
+    for k in range(count):
+        for other in range(k):
+            matrix[other, k] = matrix[k, other]
+    return matrix, vectors
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _times(one, other, product):  # type: ignore[no-untyped-def]
+    for d in range(len(one)):
+        product[d] = one[d] * other[d]
+
+
+@njit(nogil=True, cache=True, fastmath=True)
+def _dot(one, other):  # type: ignore[no-untyped-def]
+    total = np.float32(0)
+    for d in range(len(one)):
+        total += one[d] * other[d]
+    return total
+
+
+@njit(nogil=True, cache=True)
+def _forgiving(coefficients, waves, mean, real, weight, lit, robust, gain):  # type: ignore[no-untyped-def]
+    """Writes the prediction [C, D] in this light, weights that forgive single values what it leaves, and its gain."""
+    zero, one, freedom = np.float32(0), np.float32(1), np.float32(_ROBUST)  # else the arithmetic would be double
+    veil = coefficients[-1] if len(coefficients) > len(waves) else zero
+    field = np.full(mean.shape[1], one)
+    for k in range(len(waves)):
+        for d in range(len(field)):
+            field[d] += coefficients[k] * waves[k, d]
+    for c in range(len(mean)):
+        for d in range(len(field)):
+            found = mean[c, d] * field[d] + veil
+            left = real[c, d] - found
+            full = found >= one and real[c, d] > np.float32(0.998)  # more light would not be seen
+            counted = weight[c, d]
+            robust[c, d] = zero if full else counted * (freedom + one) / (freedom + left * left * counted)
+            gain[c, d] = field[d] if zero < found < one else zero
+            lit[c, d] = min(max(found, zero), one)
 
 
 @dataclass(frozen=True)
@@ -160,9 +226,11 @@ def _robust(squared: Tensor) -> Tensor:
 
 def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:
     """The prediction in one light for all frames."""
-    basis, weight = (each.transpose(0, 1).flatten(1)[None] for each in (lit.basis, lit.weight))
-    coefficients = _solved(basis, weight, residual.flatten()[None, None])
-    return (mean + (coefficients @ basis).view_as(mean)).clamp(0, 1)
+    frames = range(len(mean))
+    matrices, vectors = zip(*(lit.equations(frame, residual[frame, None]) for frame in frames), strict=True)
+    coefficients = torch.from_numpy(_solved(np.sum(matrices, 0), np.sum(vectors, 0))).float()
+    added = torch.cat([lit.added(frame, coefficients) for frame in frames])
+    return (mean + added).clamp(0, 1)
 
 
 def stops(lit: Lit, encoding: str) -> np.ndarray:
