@@ -47,13 +47,16 @@ def test_an_interval_holds_for_a_path_that_is_sampled_otherwise() -> None:
     assert low < length < high < 1.1 * length
 
 
-def test_light_through_a_plain_power_is_no_second_effect() -> None:
+@pytest.mark.parametrize("labelled", [False, True])
+def test_light_through_a_plain_power_is_no_second_effect(labelled: bool) -> None:
     y, x = np.mgrid[-1:1:64j, -1:1:64j]
     shade = torch.from_numpy(1 - 0.7 * (x**2 + y**2) / 2).float()
-    case = opened(seen((sim() ** 2.2 * shade) ** (1 / 2.2)))
+    recording = seen((sim() ** 2.2 * shade) ** (1 / 2.2))
+    labels = np.tile(x > 0, (FRAMES, 1, 1)).astype(np.int64)
+    case = opened(replace(recording, labels=labels) if labelled else recording)
     fitted = case.fit(frozenset({"vignetting"}), EVERY, None)
-    assert fitted.values["vignetting"]["strength"] == pytest.approx(0.7, rel=0.02)
-    assert case.excess(fitted, EVERY).mean() < 1.1
+    assert fitted.values["vignetting"]["strength"] == pytest.approx(0.7, rel=0.004)
+    assert case.excess(fitted, EVERY).mean() < 0.5
 
 
 def test_what_an_effect_changes_it_may_change_a_little_otherwise() -> None:

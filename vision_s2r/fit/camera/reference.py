@@ -183,7 +183,7 @@ def likeliest_kernel(pictures: Pictures, values: Values, segments: Sequence[int]
 def likeliest_curve(pictures: Pictures, values: Values, segments: Sequence[int]) -> Curve:
     """The curve of the recording's coded values, likewise: sRGB's, unless a power predicts much better."""
     of_light = at_stage(values, "light")
-    if pictures.encoding != "srgb" or pictures.surfaces is not None or not of_light:
+    if pictures.encoding != "srgb" or not of_light:
         return pictures.encoding
     bare = {name: value for name, value in values.items() if name != "gamma"}  # which may make up for the curve
 
