@@ -16,8 +16,8 @@ from collections.abc import Callable
 import torch
 from torch import Tensor
 
-from vision_s2r.fit.camera.fitting import FREEDOM
 from vision_s2r.fit.camera.smoothing import smoothed
+from vision_s2r.fit.camera.student import forgiving
 
 ALLOWED = 0.08  # of its size, by which a true effect may differ beside something unknown: definitions allow a twentieth
 ALLOWED_WITHIN = 0.15  # … of a warp or a blur along these: what scales the light of a channel scales its edges too
@@ -48,7 +48,7 @@ def disagreement(change: Tensor, residual: Tensor, weight: Tensor, picture: Tens
     it, `weight` one over the variance, 0 where a pixel does not count.
     """
     weight = weight.expand_as(residual)
-    weight = weight * (FREEDOM + 1) / (FREEDOM + weight * residual.square())
+    weight = weight * forgiving(weight * residual.square())
     work = (weight * change.square()).double().reshape(-1)
     more = (weight * change * residual).double().reshape(-1)
     frames = len(residual)

@@ -13,6 +13,7 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.fit.camera.smoothing import smoothed
+from vision_s2r.fit.camera.student import forgiving
 
 DISCREPANCIES: dict[str, str] = {
     "tone_curve": "a smooth change of coded values",
@@ -44,6 +45,7 @@ _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that a
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _SCATTERED = (4, 10, 24)  # px, over which light is scattered
 _AROUND = 7  # px to either side, whose mean is the light's and not the pixel's own
+_PASSES = 3  # of reweighting
 _RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset from a gain
 _BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
@@ -181,11 +183,13 @@ Weights = Tensor  # [B, 1 or C, H, W], 0 where a pixel does not count
 
 
 def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDiscrepancy:
-    """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean."""
-    if name == "row_pattern":
-        return FittedDiscrepancy(_rows_and_columns(residual, weight).numpy())
-    if name == "fixed_pattern":
-        return FittedDiscrepancy(_offsets_and_gains(residual, mean, weight).numpy())
+    """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean, single pixels forgiven."""
+    if name in _PIXELS_OWN:
+        found = _PIXELS_OWN[name](residual, mean, weight)
+        for _ in range(_PASSES - 1):
+            left = residual - _of_pixels(name, found, mean)
+            found = _PIXELS_OWN[name](residual, mean, weight * forgiving(left.square() * weight))
+        return FittedDiscrepancy(found.numpy())
     if name == "outliers":
         distance = residual.square() * weight
         share = float((distance > 16).float().mean())
@@ -200,11 +204,8 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
 
 def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
     """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
-    if name == "row_pattern":
-        return torch.from_numpy(fitted.coefficients).expand_as(mean)
-    if name == "fixed_pattern":
-        offset, gain = torch.from_numpy(fitted.coefficients)
-        return offset + gain * mean
+    if name in _PIXELS_OWN:
+        return _of_pixels(name, torch.from_numpy(fitted.coefficients), mean)
     if name == "outliers" or (name == "levels" and not fitted.coefficients.size):
         return torch.zeros_like(mean)
     if name == "levels":
@@ -252,10 +253,15 @@ def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weig
     scale = at(root)
     target = at(residual) * scale
     design = torch.stack([at(wave) * scale for wave in waves()])
-    matrix = (design @ design.T).double()
-    ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
-    matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)
-    return torch.linalg.solve(matrix, (design @ target).double()).numpy()
+    left = torch.zeros_like(target)
+    for _ in range(_PASSES):
+        weighed = design * forgiving(left.square())
+        matrix = (weighed @ design.T).double()
+        ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
+        matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)
+        found = torch.linalg.solve(matrix, (weighed @ target).double())
+        left = target - found.float() @ design
+    return found.numpy()
 
 
 def _levels(values: Tensor) -> np.ndarray:
@@ -297,16 +303,23 @@ def _own(values: Tensor) -> Tensor:
     return (pictures - smoothed(pictures, _AROUND)).movedim(0, -1)
 
 
-def _rows_and_columns(residual: Tensor, weight: Weights) -> Tensor:
+def _rows_and_columns(residual: Tensor, mean: Tensor, weight: Weights) -> Tensor:
     """Offsets of rows and columns together [C, H, W], the same in every frame."""
     weight = weight.expand_as(residual)
     total = weight.sum(0)
-    mean = (residual * weight).sum(0) / total.clamp(min=1e-12)
+    left = (residual * weight).sum(0) / total.clamp(min=1e-12)
 
     def along(axis: int) -> Tensor:
         whole = total.sum(axis, keepdim=True)
-        return (mean * total).sum(axis, keepdim=True) / whole.clamp(min=1e-12)
+        return (left * total).sum(axis, keepdim=True) / whole.clamp(min=1e-12)
 
-    rows = along(2).expand_as(mean)
-    mean = mean - rows
+    rows = along(2).expand_as(left)
+    left = left - rows
     return rows + along(1)
+
+
+_PIXELS_OWN = {"row_pattern": _rows_and_columns, "fixed_pattern": _offsets_and_gains}  # the same in every frame
+
+
+def _of_pixels(name: str, fitted: Tensor, mean: Tensor) -> Tensor:
+    return fitted.expand_as(mean) if name == "row_pattern" else fitted[0] + fitted[1] * mean

@@ -11,6 +11,7 @@ from vision_s2r.fit.camera.coordinates import chart, pack, unpack
 from vision_s2r.fit.camera.effect import charted
 from vision_s2r.fit.camera.light import STEADY, Lit
 from vision_s2r.fit.camera.prediction import Pictures, Stages, chosen, without_encoder
+from vision_s2r.fit.camera.student import FREEDOM, forgiving
 from vision_s2r.fit.case import Values
 from vision_s2r.fit.gauss_newton import Damping, descend
 from vision_s2r.fit.least_squares import solved
@@ -19,7 +20,6 @@ from vision_s2r.fit.least_squares import solved
 _RULE = Damping(first=1e-4, raised=20, least=1e-2, times=4, lowered=10, bounds=(1e-5, np.inf), gain=2e-6, move=0.02)
 _FLOOR = 1e-6  # of the largest curvature: that which every coordinate has
 _SHORT = 0.5  # steps of every coordinate, within which slopes are nearly what they were
-FREEDOM = 6.0  # of Student's distribution, which forgives single pixels
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ def normal(target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[
 def student_weights(target: Target, residual: Tensor, segments: Sequence[int]) -> Tensor:
     """What each residual [B, C, H, W] counts for; 0 where a pixel does not."""
     variance = chosen(target.variance, segments)
-    return chosen(target.counted, segments) * (FREEDOM + 1) / (FREEDOM * variance + residual.square())
+    return chosen(target.counted, segments) / variance * forgiving(residual.square() / variance)
 
 
 @dataclass(frozen=True)

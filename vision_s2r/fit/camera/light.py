@@ -15,13 +15,13 @@ from numba import njit
 from torch import Tensor
 
 from vision_s2r.camera.colour import to_linear
+from vision_s2r.fit.camera.student import FREEDOM
 
 UNSTEADY = "light that differs from frame to frame"
 
 Kind = Literal["steady", "exposure", "field"]
 
-_ROBUST = 6.0  # degrees of freedom of the weights: a hand before the board is no light
-_PASSES = 3  # of reweighting
+_PASSES = 3  # of reweighting: a hand before the board is no light
 _RIDGE = 1e-5  # of the mean curvature: a frame that shows one grey has no veil of its own
 _BLOCK = 1024  # values of a frame that are added up at a time, so that they stay in the cache
 _POINTS = 20_000  # of a frame, that its light is fitted to, at most
@@ -167,7 +167,7 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 @njit(nogil=True, cache=True)
 def _forgiving(coefficients, waves, mean, real, weight, lit, robust, gain):  # type: ignore[no-untyped-def]
     """Writes the prediction [C, D] in this light, weights that forgive single values what it leaves, and its gain."""
-    zero, one, freedom = np.float32(0), np.float32(1), np.float32(_ROBUST)  # else the arithmetic would be double
+    zero, one, freedom = np.float32(0), np.float32(1), np.float32(FREEDOM)  # else the arithmetic would be double
     veil = coefficients[-1] if len(coefficients) > len(waves) else zero
     field = np.full(mean.shape[1], one)
     for k in range(len(waves)):
@@ -221,7 +221,7 @@ def differing(mean: Tensor, real: Tensor, weight: Tensor) -> Differing:
 
 
 def _robust(squared: Tensor) -> Tensor:
-    return (_ROBUST + 1) * torch.log1p(squared / _ROBUST)
+    return (FREEDOM + 1) * torch.log1p(squared / FREEDOM)
 
 
 def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:

@@ -10,8 +10,8 @@ import torch.nn.functional as F
 from torch import Tensor
 
 from vision_s2r.fit.camera.discrepancy import FEW
-from vision_s2r.fit.camera.fitting import FREEDOM
 from vision_s2r.fit.camera.grain import Varied, matched
+from vision_s2r.fit.camera.student import FREEDOM
 from vision_s2r.fit.camera.weighing import LEAST, NoiseModel
 
 BLOCK = 8  # px: within it residuals depend on each other
