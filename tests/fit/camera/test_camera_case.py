@@ -10,6 +10,7 @@ import torch
 from vision_s2r.appearance import PICTURE_EFFECTS
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.diagnose.saved import write_next
+from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
 from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, Ghost, add, basis, find_ghost, shifted
@@ -164,6 +165,17 @@ def test_a_smooth_unknown_adds_what_it_was_fitted_with(name: str) -> None:
     wanted = sum((float(c) * wave for c, wave in zip(coefficients, waves, strict=True)), torch.zeros_like(mean))
     found = add(name, FittedDiscrepancy(coefficients), mean, mean, torch.ones_like(mean))
     torch.testing.assert_close(found, wanted, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize("name", ["gain_field", "tone_curve", "row_pattern"])
+def test_an_unknown_forgives_single_pixels(name: str) -> None:
+    """Salt on an otherwise right picture is no field, no curve and no pattern."""
+    mean, generator = scenes(3), torch.Generator().manual_seed(0)
+    residual = torch.randn(mean.shape, generator=generator) / 255
+    residual[torch.rand(mean.shape, generator=generator) < 0.01] = 0.5
+    weight = torch.full_like(mean, 255.0**2)
+    added = add(name, discrepancy.fit(name, residual, mean, weight), mean, residual, weight)
+    assert 255 * added.square().mean().sqrt() < 0.2
 
 
 def test_a_tilt_within_what_a_lens_may_do_otherwise_is_none() -> None:

@@ -1,5 +1,6 @@
 """Fits of a camera's hypotheses: effects that move pictures, noise, grain and areas, then something unknown."""
 
+import math
 from collections.abc import Collection, Sequence
 from dataclasses import asdict, replace
 
@@ -19,7 +20,8 @@ from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit
 from vision_s2r.fit.case import Hypothesis, Names, Segments, Values
 
-_TURNS = 2  # of effects and an unknown, each fitted to what the other leaves
+_TURNS = 8  # of effects and an unknown, each fitted to what the other leaves, at most
+_SETTLED = 1e-3  # of the loss: a turn that gains less is the last
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 
 
@@ -62,6 +64,7 @@ class CameraFitter:
     def _in_turn(self, found: Hypothesis, segments: tuple[int, ...]) -> Hypothesis:
         """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on."""
         few, moving = self.few(segments), charted(found.values)
+        before = math.inf
         for _ in range(_TURNS):
             without, left = (
                 self._predictor.residual(each, few, lit=True)[0] for each in (Hypothesis(found.values), found)
@@ -69,10 +72,13 @@ class CameraFitter:
             real = self.target.pictures.real.clone()
             real[few] -= without - left  # what the unknown adds
             target = replace(self.target, pictures=replace(self.target.pictures, real=real))
-            values = gauss_newton(target, found.values, moving, few, 2)[0]
+            values, loss = gauss_newton(target, found.values, moving, few, 2)
             if values == found.values:
                 break
             found = Hypothesis(values, self.fit_unknown(values, sorted(found.extra), segments))
+            if before - loss < _SETTLED * loss:
+                break
+            before = loss
         return found
 
     def _fit_effects(
