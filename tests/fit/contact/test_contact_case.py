@@ -269,6 +269,15 @@ def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
     assert found.values["contact_compliance"] == pytest.approx(spring, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    "name, value", [("corner_radius", 2e-4), ("spinning_friction", 3e-4), ("rolling_friction", 1e-4)]
+)
+def test_a_small_effect_is_seen_without_a_whole_fit(name, value):
+    recording, _ = tossed({name: {"value": value}}, 12, 60, noise=(5e-5, 5e-4))
+    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    assert case.screen(Hypothesis({}), [name])[name] > 20
+
+
 def test_a_fit_that_leaves_much_is_tried_from_farther_away():
     truth = {"corner_radius": {"value": 0.012}, "restitution": {"value": 0.05}}
     recording, _ = tossed(truth, 12, 70)
