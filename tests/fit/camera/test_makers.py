@@ -24,11 +24,12 @@ def sim() -> torch.Tensor:
     return (scenes() * 255).round() / 255
 
 
-def test_a_path_between_pixels_by_another_kernel_is_no_defocus() -> None:
-    blurred = {"motion_blur": {"length": 3.4, "angle": -25.0}}
+@pytest.mark.parametrize("length, angle", [(3.4, -25.0), (1.05, 43.0)])
+def test_a_path_between_pixels_by_another_kernel_is_no_defocus(length: float, angle: float) -> None:
+    blurred = {"motion_blur": {"length": length, "angle": angle}}
     case = opened(seen(Camera(interpolation="bilinear")(sim(), CameraParameters.of(blurred, FRAMES))))
     fitted = case.fit(frozenset({"motion_blur"}), EVERY, None)
-    assert fitted.values["motion_blur"]["length"] == pytest.approx(3.4, rel=0.02)
+    assert fitted.values["motion_blur"]["length"] == pytest.approx(length, rel=0.02)
     assert case.excess(fitted, EVERY).mean() < 1.1
     both = case.fit(frozenset({"motion_blur", "defocus_blur"}), EVERY, None)
     assert case.negligible(both, "defocus_blur")

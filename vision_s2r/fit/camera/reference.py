@@ -167,16 +167,25 @@ def _without_blurs(values: Values) -> Values:
     return {name: value for name, value in values.items() if name not in blurs}
 
 
-def likeliest_kernel(pictures: Pictures, values: Values, segments: Sequence[int]) -> str:
-    """The kernel by which the recording looks between pixels: the one that predicts best, after a little fitting."""
-    looking = [name for name in values if name in between()]
-    if not looking:
-        return pictures.kernel
+def likeliest_kernel(pictures: Pictures, values: Values, names: Collection[str], segments: Sequence[int]) -> str:
+    """The kernel by which the recording looks between pixels: the one that predicts best, after a little fitting.
+
+    `values` were fitted under the first: a blur among them may stand in for one of `names` that looks between pixels.
+    """
+    few, looking = list(segments)[:2], between()
     kernels = KERNELS if values.keys() & of_stage("warp") else (KERNELS[0], "bilinear")  # blurs know no others
-    ends = {}
-    for kernel in kernels:
-        target = rough_target(replace(pictures, kernel=kernel), values)
-        ends[kernel] = gauss_newton(target, values, looking, list(segments)[:2], 2)[1]
+
+    def loss(kernel: str, some: Values, moving: Collection[str]) -> float:
+        target = rough_target(replace(pictures, kernel=kernel), some)
+        return gauss_newton(target, some, sorted(moving), few, 2)[1]
+
+    ends = {kernel: loss(kernel, values, values.keys() & looking) for kernel in kernels}
+    blurred, rivals = values.keys() & of_stage("blur"), set(names) & of_stage("blur") & looking - values.keys()
+    if blurred and rivals:
+        ends[KERNELS[0]] = min(ends[KERNELS[0]], loss(KERNELS[0], values, blurred))
+        bare = _without_blurs(values)
+        target = rough_target(replace(pictures, kernel="bilinear"), values)
+        ends["bilinear"] = min(ends["bilinear"], *(fit_blur(target, bare, rival, few)[1] for rival in sorted(rivals)))
     return min(ends, key=lambda kernel: ends[kernel])
 
 

@@ -147,7 +147,7 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
     target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
     reference = without_idle(target, reference, segments, fixed)
     sharper = sharp(reference, pictures.scale)
-    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharper, segments))
+    pictures = replace(pictures, kernel=likeliest_kernel(pictures, sharper, names, segments))
     pictures = replace(pictures, encoding=likeliest_curve(pictures, sharper, segments))
     links = chain(replace(target, pictures=pictures), reference, segments, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
