@@ -35,6 +35,14 @@ def test_a_path_between_pixels_by_another_kernel_is_no_defocus(length: float, an
     assert case.negligible(both, "defocus_blur")
 
 
+def test_a_slight_turn_by_another_kernel_is_no_defocus() -> None:
+    turned = {"camera_pose_offset": {"yaw": 0.004, "pitch": 0.005, "roll": 0.002}}
+    case = opened(seen(Camera(interpolation="bilinear")(sim(), CameraParameters.of(turned, FRAMES))))
+    fitted = case.fit(frozenset({"camera_pose_offset"}), EVERY, None)
+    assert fitted.values["camera_pose_offset"]["yaw"] == pytest.approx(0.004, rel=0.02)
+    assert case.excess(fitted, EVERY).mean() < 1.1
+
+
 @pytest.mark.slow
 def test_an_interval_holds_for_a_path_that_is_sampled_otherwise() -> None:
     """Both of its ends count in full: it varies by a twentieth more than an even one."""

@@ -170,23 +170,21 @@ def _without_blurs(values: Values) -> Values:
 def likeliest_kernel(pictures: Pictures, values: Values, names: Collection[str], segments: Sequence[int]) -> str:
     """The kernel by which the recording looks between pixels: the one that predicts best, after a little fitting.
 
-    `values` were fitted under the first: a blur among them may stand in for one of `names` that looks between pixels.
+    `values` were fitted under the first: a blur among them may stand in for what another kernel makes of a warp, or
+    for a blur among `names` that looks between pixels.
     """
-    few, looking = list(segments)[:2], between()
+    few, looking, blurs = list(segments)[:2], between(), of_stage("blur")
     kernels = KERNELS if values.keys() & of_stage("warp") else (KERNELS[0], "bilinear")  # blurs know no others
+    bare = _without_blurs(values)
+    rivals = sorted(set(names) & blurs & looking - values.keys()) if len(bare) < len(values) else []
 
-    def loss(kernel: str, some: Values, moving: Collection[str]) -> float:
-        target = rough_target(replace(pictures, kernel=kernel), some)
-        return gauss_newton(target, some, sorted(moving), few, 2)[1]
+    def loss(kernel: str) -> float:
+        target = rough_target(replace(pictures, kernel=kernel), values)
+        ends = [gauss_newton(target, some, sorted(some.keys() & (looking | blurs)), few, 2) for some in (values, bare)]
+        return min(end[1] for end in [*ends, *(fit_blur(target, bare, name, few) for name in rivals)])
 
-    ends = {kernel: loss(kernel, values, values.keys() & looking) for kernel in kernels}
-    blurred, rivals = values.keys() & of_stage("blur"), set(names) & of_stage("blur") & looking - values.keys()
-    if blurred and rivals:
-        ends[KERNELS[0]] = min(ends[KERNELS[0]], loss(KERNELS[0], values, blurred))
-        bare = _without_blurs(values)
-        target = rough_target(replace(pictures, kernel="bilinear"), values)
-        ends["bilinear"] = min(ends["bilinear"], *(fit_blur(target, bare, rival, few)[1] for rival in sorted(rivals)))
-    return min(ends, key=lambda kernel: ends[kernel])
+    losses = {kernel: loss(kernel) for kernel in kernels}
+    return min(losses, key=lambda kernel: losses[kernel])
 
 
 def likeliest_curve(pictures: Pictures, values: Values, segments: Sequence[int]) -> Curve:
