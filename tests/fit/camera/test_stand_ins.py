@@ -266,6 +266,17 @@ def test_what_is_wrong_everywhere_is_no_missing_object() -> None:
     assert area_of(some, counted, shares) == {"x": 10, "y": 10, "width": 20, "height": 20}
 
 
+def test_a_thing_that_was_not_drawn_says_nothing_of_a_blur() -> None:
+    blurred = Camera()(many(), CameraParameters.of({"motion_blur": {"length": 5.0, "angle": 130.0}}, MANY))
+    inside = torch.zeros(SIZE, SIZE, dtype=torch.bool)
+    inside[10:32, 10:32] = True
+    made = labelled(seen(many(), torch.where(inside, many()[:1].roll(9, 2), blurred)))
+    case = CameraCase.open(made, {effect.name: effect for effect in PICTURE_EFFECTS})
+    found = case.fit(frozenset({"motion_blur", "missing_object"}), range(MANY), None)
+    assert found.values["missing_object"]["width"] > 20
+    assert not case.suspicious(found, "motion_blur") and not case.contradicted(found, "motion_blur")
+
+
 def test_light_upon_a_scene_is_no_thing_before_it() -> None:
     inside = torch.zeros(MANY, 1, SIZE, SIZE, dtype=torch.bool)
     inside[..., 10:40, 10:40] = True

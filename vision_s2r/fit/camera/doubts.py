@@ -194,7 +194,12 @@ class CameraDoubts:
         # Beside an unknown that may do its work nothing would be seen to differ.
         other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in IMITATING[stage]}
         left = self._predictor.residual(Hypothesis(values, other_kinds), asked, lit=True)[0]
-        return disagreement(mean - other, left, weight, other)
+        return disagreement(mean - other, left, weight * self._predicted(values), other)
+
+    def _predicted(self, values: Values) -> Tensor:
+        """Where [H, W] (bool) pixels say anything of an effect; in an area of something else they do not."""
+        unpredicted = self._predictor.unpredicted(values)
+        return torch.tensor(True) if unpredicted is None else ~unpredicted
 
     @torch.inference_mode()
     def _is_sharp(self, hypothesis: Hypothesis, name: str) -> bool:
@@ -202,7 +207,8 @@ class CameraDoubts:
         if CAMERA_FITS[name].stage != "blur":
             return False
         asked = self._study.asked
-        real, counted = self._study.pictures.real[asked], self._study.yardstick.counted[asked]
+        real = self._study.pictures.real[asked]
+        counted = self._study.yardstick.counted[asked] & self._predicted(hypothesis.values)
         left, noise, _ = self._predictor.residual(hypothesis, asked, lit=True)
         sharp = real - self._predictor.residual(hypothesis.without(name), asked, lit=True)[0]
         lacking = detail_lacking(real, real - left, sharp, noise, counted)
