@@ -240,6 +240,17 @@ def test_few_levels_or_pixels_of_their_own_gain_tell_what_is_left_and_nothing_te
     assert max(random.values()) < TOLD
 
 
+def test_a_grain_of_few_pixels_is_not_the_pixels_own() -> None:
+    """Where a label is, in another place of each frame, pixels' gains could fit an eighth of it."""
+    generator, place = torch.Generator().manual_seed(0), torch.zeros(8, 1, SIZE, SIZE)
+    for frame in place:
+        row, column = torch.randint(0, SIZE - 24, (2,), generator=generator).tolist()
+        frame[:, row : row + 24, column : column + 24] = 1
+    field = torch.randn(8, 1, SIZE, SIZE, generator=torch.Generator().manual_seed(4))
+    left = many()[:8] * 0.15 * F.avg_pool2d(field, 5, 1, 2) * place
+    assert told_by({"fixed_pattern"}, left, many()[:8], torch.ones(8, 1, SIZE, SIZE))["fixed_pattern"] < 0.02
+
+
 @pytest.mark.slow
 def test_what_something_tells_is_no_grain() -> None:
     """The frame before, few levels, pixels of gains of their own, rows of a frame's own."""
