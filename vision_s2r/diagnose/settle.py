@@ -18,7 +18,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
     slight: Names = frozenset()
     whole: Simulator | None = None  # with all the names that do no harm
     while True:
-        if lost := _faint(assessor, found) or _partial(assessor, found):
+        if lost := _faint(assessor, found) or _replaced(assessor, found) or _partial(assessor, found):
             found = _without(assessor, found, lost)
             continue
         firm = _firm(assessor, found)
@@ -51,6 +51,16 @@ def _faint(assessor: Assessor, found: Found) -> str | None:
     }
     least = min(reliefs, key=lambda name: (reliefs[name], name), default=None)
     return least if least and reliefs[least] <= assessor.cfg.faint else None
+
+
+def _replaced(assessor: Assessor, found: Found) -> str | None:
+    """The name that brings least beside something unknown, where that is too little for a name: it does its work."""
+    if not found.unknown or found.final.evidence is not None:
+        return None
+    named = found.effects - frozenset(assessor.case.certain)
+    nats = {name: assessor.gain(found.final, _less(assessor, found, name)).nats for name in named}
+    least = min(nats, key=lambda name: (nats[name], name), default=None)
+    return least if least and nats[least] <= assessor.cfg.evidence else None
 
 
 def _partial(assessor: Assessor, found: Found) -> str | None:
