@@ -54,8 +54,11 @@ def _faint(assessor: Assessor, found: Found) -> str | None:
 
 
 def _replaced(assessor: Assessor, found: Found) -> str | None:
-    """The name that brings least beside something unknown, where that is too little for a name: it does its work."""
-    if not found.unknown or found.final.evidence is not None:
+    """The name that brings least beside something unknown, where that is too little for a name: it does its work.
+
+    Not where nominal values are refitted, which share that work.
+    """
+    if not found.unknown or found.final.evidence is not None or assessor.case.refitted:
         return None
     named = found.effects - frozenset(assessor.case.certain)
     nats = {name: assessor.gain(found.final, _less(assessor, found, name)).nats for name in named}
