@@ -236,6 +236,14 @@ def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
 
 
 @pytest.mark.slow
+def test_a_friction_that_grows_with_time_is_no_larger_friction():
+    body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, fade=0.8)
+    truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in toss(12, 3)])
+    case = ContactCase(measured(truth, (1e-4, 1e-3), 3), {effect.name: effect for effect in CONTACT_EFFECTS})
+    assert case.contradicted(case.fit(frozenset({"lateral_friction"}), range(12), None), "lateral_friction")
+
+
+@pytest.mark.slow
 def test_a_wind_that_blows_over_a_part_of_the_support_is_no_tilt():
     wind = {"wind": 0.3, "wind_angle": 0.0, "wind_place": 0.3, "wind_width": 0.3}
     case = ContactCase(

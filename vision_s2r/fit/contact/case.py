@@ -30,7 +30,7 @@ DETECTABLE = 20.0  # nats that an effect of plausible size should bring
 TOLERANCE = 0.01  # relative change of a nominal coefficient that is the simulator's own …
 SLIGHT = 0.003  # … or this much, absolute
 INCONSTANT = 0.5  # relative spread over episodes that a true effect's steadiest parameter does not have …
-APART = 5.0  # … nor does it differ by as much between two halves of the windows, by so many standard errors
+APART, DIFFERENT = 5.0, 0.3  # … nor differs between two halves of the windows: standard errors, and relative
 
 
 class ContactCase:
@@ -193,7 +193,7 @@ class ContactCase:
         if name in self.rough:
             return False
         contrasts = (steadiness.contrast(each, hypothesis, name) for each in (self._fitter, self._piecewise))
-        return any(errors > APART and relative > INCONSTANT for errors, relative in contrasts)
+        return any(errors > APART and relative > DIFFERENT for errors, relative in contrasts)
 
     def wavers(self, hypothesis: Hypothesis, name: str) -> bool:
         """No: tosses are too short to tell."""
