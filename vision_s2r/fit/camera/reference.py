@@ -175,12 +175,13 @@ def likeliest_kernel(pictures: Pictures, values: Values, names: Collection[str],
     """
     few, looking, blurs = list(segments)[:2], between(), of_stage("blur")
     kernels = KERNELS if values.keys() & of_stage("warp") else (KERNELS[0], "bilinear")  # blurs know no others
-    bare = _without_blurs(values)
-    rivals = sorted(set(names) & blurs & looking - values.keys()) if len(bare) < len(values) else []
+    bare, blurred = _without_blurs(values), bool(values.keys() & blurs)
+    rivals = sorted(set(names) & blurs & looking - values.keys()) if blurred else []
 
     def loss(kernel: str) -> float:
         target = rough_target(replace(pictures, kernel=kernel), values)
-        ends = [gauss_newton(target, some, sorted(some.keys() & (looking | blurs)), few, 2) for some in (values, bare)]
+        begun = (values, bare) if blurred else (values,)
+        ends = [gauss_newton(target, some, sorted(some.keys() & (looking | blurs)), few, 2) for some in begun]
         return min(end[1] for end in [*ends, *(fit_blur(target, bare, name, few) for name in rivals)])
 
     losses = {kernel: loss(kernel) for kernel in kernels}
