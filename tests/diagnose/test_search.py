@@ -342,6 +342,16 @@ def test_an_effect_whose_work_an_unknown_does_is_undecided_and_one_that_nothing_
     assert status["step"] == "undecided" and status["slope"] == "absent"
 
 
+def test_a_name_that_brings_nothing_beside_something_unknown_goes() -> None:
+    """Without the unknown it would close much: the search met it first."""
+    y = recording(5, wave=1.0, other=np.cos(2 * np.pi * T) + np.cos(4 * np.pi * T) + 0.3 * np.sin(40 * np.pi * T))
+    it = Curves(y, refitted=Names())
+    assessor, both = Assessor(it, SearchConfig(), jobs=1, seed=0), frozenset({"wave", "curve"})
+    unknown, nominal = frozenset(DISCREPANCIES), assessor.one(Names())
+    found = Found(assessor.one(both | unknown), nominal, nominal, nominal, both, unknown, (), False)
+    assert settle(it, assessor, found).found.effects == {"wave"}
+
+
 def test_what_goes_with_a_stand_in_is_not_held_against_a_name_of_the_same_size_without_it() -> None:
     """Where it differs, or looks wrong beside the stand-in as well, it is one itself."""
     y = recording(5, wave=0.5, curve=0.6, other=0.5 * np.sin(40 * np.pi * T))
