@@ -1,5 +1,6 @@
 """What a diagnosis ends with: the names that matter, and a simulator, which its report measures and its patch holds."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
@@ -49,7 +50,7 @@ def _faint(assessor: Assessor, found: Found) -> str | None:
     reliefs = {
         name: assessor.gain(found.final, without).relief for name, without in less.items() if assessor.adequate(without)
     }
-    least = min(reliefs, key=lambda name: (reliefs[name], name), default=None)
+    least = _least(reliefs)
     return least if least and reliefs[least] <= assessor.cfg.faint else None
 
 
@@ -62,7 +63,7 @@ def _replaced(assessor: Assessor, found: Found) -> str | None:
         return None
     named = found.effects - frozenset(assessor.case.certain)
     nats = {name: assessor.gain(found.final, _less(assessor, found, name)).nats for name in named}
-    least = min(nats, key=lambda name: (nats[name], name), default=None)
+    least = _least(nats)
     return least if least and nats[least] <= assessor.cfg.evidence else None
 
 
@@ -77,7 +78,7 @@ def _partial(assessor: Assessor, found: Found) -> str | None:
         name: assessor.one(known - {name}, found.final.hypothesis).rest
         for name in found.effects - frozenset(assessor.case.certain)
     }
-    least = min(without, key=lambda name: (without[name], name), default=None)
+    least = _least(without)
     return least if least and rest > asked * without[least] else None
 
 
@@ -127,7 +128,7 @@ def _idle(
         much = any(surely(assessor, without - each.error, least, without - floor) for each in (simulator, whole))
         if not (much or _everywhere(assessor, simulator, fitted)):
             idle[name] = float((without - simulator.error).mean())
-    return min(idle, key=lambda name: (idle[name], name), default=None)
+    return _least(idle)
 
 
 def _everywhere(assessor: Assessor, simulator: Simulator, without: Assessment) -> bool:
@@ -178,6 +179,11 @@ def _of_noise(assessor: Assessor, found: Found, name: str, share: Share) -> bool
 def _without(assessor: Assessor, found: Found, name: str) -> Found:
     """A search's end without an effect."""
     return replace(found, effects=found.effects - {name}, final=_less(assessor, found, name))
+
+
+def _least(sizes: Mapping[str, float]) -> str | None:
+    """The name of the least of these; of equals the first by name."""
+    return min(sizes, key=lambda name: (sizes[name], name), default=None)
 
 
 def _less(assessor: Assessor, found: Found, name: str) -> Assessment:

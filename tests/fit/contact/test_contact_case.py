@@ -41,6 +41,10 @@ def tossed(effects, tosses=10, samples=90, noise=(3e-4, 2e-3), seed=3, first=Non
     return measured(truth, noise, seed), truth
 
 
+def opened(recording):
+    return ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+
+
 def measured(truth, noise, seed):
     """A recording of the poses of true states [E, T, 13], with noise (m, rad)."""
     rng = np.random.default_rng(seed)
@@ -127,7 +131,7 @@ def test_where_friction_acts_is_where_the_body_slides():
     first[:, 2], first[:, 3:7], first[:, 9:] = 0.05, (0, 0, 0, 1), 0
     first[6:, 2], first[6:, 9] = 1.0, 2.0  # thrown up, beside those that are pushed
     recording, _ = tossed({"lateral_friction": {"value": 0.25}}, 12, 60, first=first)
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     found = case.fit(frozenset({"lateral_friction"}), range(12), None)
     moved = case.moved(found, "lateral_friction")
     (phase,) = moved.axes
@@ -184,7 +188,7 @@ def test_air_drag_that_few_poses_show_is_neither_no_gap_nor_rolling_friction():
     body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, drag=0.25)
     truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in first])
     recording = measured(truth, (3e-4, 2e-3), 3)
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     assert case.excess(Hypothesis(), range(12)).mean() < 1.1
     report = diagnose(recording, DiagnoseConfig())
     assert report.verdict == "unexplained" and not report.effects
@@ -198,11 +202,8 @@ def test_a_stand_in_asks_for_another_value_in_one_half_of_the_windows():
     first[:, 0], first[:, 7:9] = np.linspace(-0.9, 0.7, 12), 1.0
     body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, patch=-0.2)
     truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 60, DT, COARSE) for row in first])
-    uneven = ContactCase(measured(truth, (3e-4, 2e-3), 3), {effect.name: effect for effect in CONTACT_EFFECTS})
-    even = ContactCase(
-        tossed({"lateral_friction": {"value": 0.43}}, 12, 60, first=first)[0],
-        {effect.name: effect for effect in CONTACT_EFFECTS},
-    )
+    uneven = opened(measured(truth, (3e-4, 2e-3), 3))
+    even = opened(tossed({"lateral_friction": {"value": 0.43}}, 12, 60, first=first)[0])
     contradicted = []
     for case in (uneven, even):
         found = case.fit(frozenset({"lateral_friction"}), range(12), None)
@@ -239,20 +240,17 @@ def test_a_slight_tilt_beside_a_wrong_friction_shows_in_whole_slides():
 def test_a_friction_that_grows_with_time_is_no_larger_friction():
     body = TossedBody(mass=0.37, friction=0.5, restitution=0.2, fade=0.8)
     truth = np.stack([move(body, CUBE.points, 0.0, CUBE.inertia, row, 90, DT, COARSE) for row in toss(12, 3)])
-    case = ContactCase(measured(truth, (1e-4, 1e-3), 3), {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(measured(truth, (1e-4, 1e-3), 3))
     assert case.contradicted(case.fit(frozenset({"lateral_friction"}), range(12), None), "lateral_friction")
 
 
 @pytest.mark.slow
 def test_a_wind_that_blows_over_a_part_of_the_support_is_no_tilt():
     wind = {"wind": 0.3, "wind_angle": 0.0, "wind_place": 0.3, "wind_width": 0.3}
-    case = ContactCase(
-        slid(TossedBody(mass=0.37, friction=0.5, restitution=0.2, **wind)),
-        {effect.name: effect for effect in CONTACT_EFFECTS},
-    )
+    case = opened(slid(TossedBody(mass=0.37, friction=0.5, restitution=0.2, **wind)))
     assert case.contradicted(case.fit(frozenset({"support_tilt"}), range(12), None), "support_tilt")
     tilted, _ = tossed({"support_tilt": {"roll": 0.003, "pitch": 0.005}})
-    case = ContactCase(tilted, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(tilted)
     assert not case.contradicted(case.fit(frozenset({"support_tilt"}), range(10), None), "support_tilt")
 
 
@@ -272,7 +270,7 @@ def test_whole_flights_and_slides_of_a_right_machine_leave_noise():
 def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
     spring = {"stiffness": 600.0, "damping": 2.0}
     recording, _ = tossed({"contact_compliance": spring}, 12, 60, noise=(1e-4, 1e-3))
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     found = case.fit(frozenset({"contact_compliance"}), range(12), None)
     assert found.values["contact_compliance"] == pytest.approx(spring, rel=0.05)
 
@@ -282,14 +280,14 @@ def test_a_contact_so_soft_that_the_body_sinks_in_is_found():
 )
 def test_a_small_effect_is_seen_without_a_whole_fit(name, value):
     recording, _ = tossed({name: {"value": value}}, 12, 60, noise=(5e-5, 5e-4))
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     assert case.screen(Hypothesis({}), [name])[name] > 20
 
 
 def test_a_fit_that_leaves_much_is_tried_from_farther_away():
     truth = {"corner_radius": {"value": 0.012}, "restitution": {"value": 0.05}}
     recording, _ = tossed(truth, 12, 70)
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     found = case.fit(frozenset(truth), range(12), None).values
     assert found["corner_radius"]["value"] == pytest.approx(0.012, rel=0.02)
     assert found["restitution"]["value"] == pytest.approx(0.05, abs=5e-3)  # 0.041 where a fit ends where it stops
@@ -320,7 +318,7 @@ def of_a_cube_whose_sides_are_off():
 )
 def test_an_interval_beside_something_unknown_holds_what_other_tosses_say(names, recorded, wider):
     """Each fit is sure of its own optimum, which is that of its tosses."""
-    case = ContactCase(recorded(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recorded())
     fit = case.fit(frozenset(names), range(12), None)
     (low, high), (least, most) = (each(fit)[names[0]]["value"] for each in (case.intervals, case.intervals_elsewhere))
     assert least < 0.3 < most
@@ -335,7 +333,7 @@ def test_an_interval_is_open_where_the_motion_bears_any_larger_value():
     first[:, 2], first[:, 6], first[:, 7] = 0.05, 1, np.linspace(0.5, 1.5, 12)
     truth = simulate(pack(NOMINAL, {"rolling_friction": {"value": 0.04}})[None], ball, first, 60, DT)[0]
     recording = dataclasses.replace(measured(truth, (3e-4, 2e-3), 3), shape=ball)
-    case = ContactCase(recording, {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(recording)
     found = case.fit(frozenset({"rolling_friction"}), range(12), None)
     low, high = case.intervals(found)["rolling_friction"]["value"]
     assert 0.02 < low < found.values["rolling_friction"]["value"] < 0.04 < high
@@ -402,13 +400,13 @@ def test_the_throws_that_are_asked_for_show_what_was_not_excited():
 
 def test_a_throw_is_asked_for_where_no_value_is_refitted():
     """Rivals without anything in common have no slopes; a diagnosis without a name ended in an error there."""
-    case = ContactCase(a_contact(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(a_contact())
     rivals = [Hypothesis(), Hypothesis({"rolling_friction": {"value": 0.01}})]
     asked = case.experiment(rivals, [])
     assert asked.sentence and asked.commands
 
 
 def test_tosses_that_leave_nothing_open_still_have_others_to_make():
-    case = ContactCase(a_contact(), {effect.name: effect for effect in CONTACT_EFFECTS})
+    case = opened(a_contact())
     asked = case.experiment([Hypothesis()], [])
     assert not asked.open and set(COLUMNS) <= asked.commands.keys()

@@ -47,8 +47,7 @@ class Lit:
         """Changes of the unlit prediction [P, B, C, H, W] as lit, less what light would make up for."""
         lit = slopes * self.gain
         for frame in range(len(self.mean)):
-            coefficients = _solved(*self.equations(frame, lit[:, frame]))
-            lit[:, frame] -= self.added(frame, torch.from_numpy(coefficients).float())
+            lit[:, frame] -= self.added(frame, torch.from_numpy(_solved(*self.equations(frame, lit[:, frame]))))
         return lit
 
     def equations(self, frame: int, targets: Tensor) -> tuple[np.ndarray, np.ndarray]:
@@ -82,18 +81,16 @@ class FrameLight:
         height, width = mean.shape[-2:]
         waves, veil = _waves(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
         mean = mean.contiguous()
-        lit, robust, gain = (torch.empty_like(mean) for _ in range(3))
-        coefficients = torch.empty(len(mean), len(waves) + veil)
         whole = [each.expand_as(mean).flatten(2).contiguous().numpy() for each in (mean, real, weight)]
         stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
         of_few = waves.flatten(1).repeat(1, mean.shape[1])[:, ::stride].contiguous().numpy()
-        for frame in range(len(mean)):
-            given = [each[frame] for each in whole]
-            found = _likeliest([each.reshape(1, -1)[:, ::stride].copy() for each in given], of_few, veil)
-            coefficients[frame] = torch.from_numpy(found)
-            written = (each[frame].flatten(1).numpy() for each in (lit, robust, gain))
-            _forgiving(coefficients[frame].numpy(), waves.flatten(1).numpy(), *given, *written)
-        return Lit(lit, mean, waves, gain, robust, coefficients)
+        lights, coefficients = [], []
+        for frame in zip(*whole, strict=True):
+            few = [each.reshape(1, -1)[:, ::stride].copy() for each in frame]
+            coefficients.append(_likeliest(few, of_few, veil))
+            lights.append(_forgiving(coefficients[-1], waves.flatten(1).numpy(), *frame))
+        lit, robust, gain = (torch.from_numpy(np.stack(each)).view_as(mean) for each in zip(*lights, strict=True))
+        return Lit(lit, mean, waves, gain, robust, torch.from_numpy(np.stack(coefficients)))
 
 
 STEADY = FrameLight("steady")
@@ -110,20 +107,17 @@ def _waves(height: int, width: int) -> Tensor:
 def _likeliest(points: Sequence[np.ndarray], waves: np.ndarray, veil: bool) -> np.ndarray:
     """Coefficients [K] at points of a frame: its prediction, what is real, the weight, each [1, D]; `waves` [W, D]."""
     mean, real, weight = points
-    robust, unused = weight.copy(), np.empty((2, *mean.shape), np.float32)
-    coefficients = np.zeros(0)
-    for k in range(_PASSES):
+    coefficients = _solved(*_equations(mean, weight, waves, veil, (real - mean)[None]))[0]
+    for _ in range(_PASSES - 1):
+        _, robust, _ = _forgiving(coefficients, waves, mean, real, weight)
         coefficients = _solved(*_equations(mean, robust, waves, veil, (real - mean)[None]))[0]
-        if k < _PASSES - 1:
-            of_light = coefficients.astype(np.float32)
-            _forgiving(of_light, waves, mean, real, weight, unused[0], robust, unused[1])
     return coefficients
 
 
 def _solved(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Coefficients [P, K] from normal equations [K, K], [P, K]."""
     ridge = _RIDGE * matrix.diagonal().mean() + 1e-12
-    return np.linalg.solve(matrix + ridge * np.eye(len(matrix)), vectors.T).T
+    return np.linalg.solve(matrix + ridge * np.eye(len(matrix)), vectors.T).T.astype(np.float32)
 
 
 @njit(nogil=True, cache=True, fastmath=True)
@@ -165,10 +159,11 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _forgiving(coefficients, waves, mean, real, weight, lit, robust, gain):  # type: ignore[no-untyped-def]
-    """Writes the prediction [C, D] in this light, weights that forgive single values what it leaves, and its gain."""
+def _forgiving(coefficients, waves, mean, real, weight):  # type: ignore[no-untyped-def]
+    """The prediction [C, D] in this light, weights that forgive single values what it leaves, and the light's gain."""
     zero, one, freedom = np.float32(0), np.float32(1), np.float32(FREEDOM)  # else the arithmetic would be double
     veil = coefficients[-1] if len(coefficients) > len(waves) else zero
+    lit, robust, gain = np.empty_like(mean), np.empty_like(mean), np.empty_like(mean)
     field = np.full(mean.shape[1], one)
     for k in range(len(waves)):
         for d in range(len(field)):
@@ -182,6 +177,7 @@ def _forgiving(coefficients, waves, mean, real, weight, lit, robust, gain):  # t
             robust[c, d] = zero if full else counted * (freedom + one) / (freedom + left * left * counted)
             gain[c, d] = field[d] if zero < found < one else zero
             lit[c, d] = min(max(found, zero), one)
+    return lit, robust, gain
 
 
 @dataclass(frozen=True)
@@ -228,7 +224,7 @@ def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:
     """The prediction in one light for all frames."""
     frames = range(len(mean))
     matrices, vectors = zip(*(lit.equations(frame, residual[frame, None]) for frame in frames), strict=True)
-    coefficients = torch.from_numpy(_solved(np.sum(matrices, 0), np.sum(vectors, 0))).float()
+    coefficients = torch.from_numpy(_solved(np.sum(matrices, 0), np.sum(vectors, 0)))
     added = torch.cat([lit.added(frame, coefficients) for frame in frames])
     return (mean + added).clamp(0, 1)
 

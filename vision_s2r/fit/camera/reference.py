@@ -174,6 +174,8 @@ def likeliest_kernel(pictures: Pictures, values: Values, names: Collection[str],
     for a blur among `names` that looks between pixels.
     """
     few, looking, blurs = list(segments)[:2], between(), of_stage("blur")
+    if not values.keys() & (looking | blurs):
+        return pictures.kernel
     kernels = KERNELS if values.keys() & of_stage("warp") else (KERNELS[0], "bilinear")  # blurs know no others
     bare, blurred = _without_blurs(values), bool(values.keys() & blurs)
     rivals = sorted(set(names) & blurs & looking - values.keys()) if blurred else []
