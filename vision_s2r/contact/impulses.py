@@ -9,7 +9,7 @@ import math
 import numpy as np
 
 from vision_s2r.contact.effects.contact_compliance import spring_impulse
-from vision_s2r.contact.effects.lateral_friction import in_cone
+from vision_s2r.contact.effects.lateral_friction import in_cone, share_in_cone
 from vision_s2r.contact.effects.rolling_friction import rolling_limit
 from vision_s2r.contact.effects.spinning_friction import spinning_limit
 from vision_s2r.contact.lanes import Lanes, Mask, any_of, everywhere, where
@@ -103,7 +103,7 @@ def _pressed(
     """Point n's impulse anew: velocity and spin, the largest change of the impulse, its normal part.
 
     All waits for this, and so what can be is reckoned beside the chain: velocities across as they are before the
-    normal impulse, and what that changes.
+    normal impulse, and what that changes; the motion without friction, and what all of the wished friction would do.
     """
     x, y, z = touch[n, X], touch[n, Y], touch[n, Z]
     held_x, held_y, held = touch[n, IMPULSE], touch[n, IMPULSE + 1], touch[n, IMPULSE + 2]
@@ -120,13 +120,17 @@ def _pressed(
     more = normal - held
     east, north = east + more * touch[n, PUSHED], north + more * touch[n, PUSHED + 1]
     soft = touch[n, ACROSS]
-    cone = in_cone(held_x - east * soft, held_y - north * soft, touch[n, FRICTION] * normal)
-    new_x, new_y = where(here, cone, (held_x, held_y))
-    more_x, more_y = new_x - held_x, new_y - held_y
-    velocity = (velocity[0] + more_x, velocity[1] + more_y, velocity[2] + more)
-    spin = _spun(_spun(_spun(spin, more, touch, n, 2), more_x, touch, n, 0), more_y, touch, n, 1)
+    wish_x, wish_y = held_x - east * soft, held_y - north * soft
+    share = share_in_cone(wish_x, wish_y, touch[n, FRICTION] * normal)
+    still = (everywhere(0.0), everywhere(0.0), everywhere(0.0))
+    wished = _spun(_spun(still, wish_x, touch, n, 0), wish_y, touch, n, 1)
+    without = _spun(_spun(_spun(spin, more, touch, n, 2), -held_x, touch, n, 0), -held_y, touch, n, 1)
+    new_x, new_y = where(here, (share * wish_x, share * wish_y), (held_x, held_y))
+    moving = (velocity[0] - held_x + share * wish_x, velocity[1] - held_y + share * wish_y, velocity[2] + more)
+    velocity, spin = where(here, (moving, moved(without, share, wished)), (velocity, spin))
     touch[n, IMPULSE], touch[n, IMPULSE + 1], touch[n, IMPULSE + 2] = new_x, new_y, normal
-    return velocity, spin, max(abs(more), max(abs(more_x), abs(more_y))), where(here, normal, 0.0)
+    change = max(abs(more), max(abs(new_x - held_x), abs(new_y - held_y)))
+    return velocity, spin, change, where(here, normal, 0.0)
 
 
 @compiled

@@ -18,9 +18,15 @@ class LateralFriction(ContactEffect):
 
 
 @compiled
-def in_cone(x: Lanes, y: Lanes, most: Lanes) -> tuple[Lanes, Lanes]:
-    """The tangential impulse nearest to (x, y) that is no larger than `most`."""
+def share_in_cone(x: Lanes, y: Lanes, most: Lanes) -> Lanes:
+    """The share of the tangential impulse (x, y) that is no larger than `most`: 1 where all of it is."""
     square = x * x + y * y
     # most / √square, so that root and division do not wait for each other.
-    scale = where(square <= most * most, 1.0, most / square * math.sqrt(square))
-    return scale * x, scale * y
+    return where(square <= most * most, 1.0, most / square * math.sqrt(square))
+
+
+@compiled
+def in_cone(x: Lanes, y: Lanes, most: Lanes) -> tuple[Lanes, Lanes]:
+    """The tangential impulse nearest to (x, y) that is no larger than `most`."""
+    share = share_in_cone(x, y, most)
+    return share * x, share * y
