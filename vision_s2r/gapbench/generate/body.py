@@ -54,6 +54,16 @@ class TossedBody(NamedTuple):
     patch: float = 0.0  # share by which friction differs beyond …
     patch_place: float = 0.0  # m in x
     fade: float = 0.0  # 1/s: growth of the friction with time
+    hastening: float = 0.0  # s/m: growth of the friction with the speed of sliding
+    lively: float = 0.0  # share of what a rebound could be more that it is, beyond patch_place
+    lift: float = 0.0  # 1/rad: Magnus force per mass, spin and speed
+    spin_drag: float = 0.0  # 1/s: torque of the air, of the inertia and spin
+    film: float = 0.0  # 1/s: force per mass and speed of the air that a body squeezes out nearer than …
+    film_reach: float = 0.01  # m
+    magnet: float = 0.0  # m/s²: a pull towards a place under the support, at its largest, at …
+    magnet_x: float = 0.0  # m
+    magnet_y: float = 0.0
+    magnet_depth: float = 0.1  # m
 
 
 FIELDS = TossedBody._fields
@@ -102,11 +112,13 @@ def _friction(body: TossedBody, place: float, time: float, vx: float, vy: float)
         value *= 1 + body.patch
     if body.uneven != 0 and vx * vx + vy * vy > 1e-12:
         value *= 1 + body.uneven * math.cos(2 * (math.atan2(vy, vx) - body.uneven_angle))
-    return value
+    return value * (1 + body.hastening * math.sqrt(vx * vx + vy * vy))
 
 
 @helper
-def _forces(body: TossedBody, position: np.ndarray, velocity: np.ndarray, lowest: float) -> np.ndarray:
+def _forces(
+    body: TossedBody, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray, lowest: float
+) -> np.ndarray:
     """Acceleration of the centre of mass."""
     g = body.gravity
     speed = math.sqrt((velocity**2).sum())
@@ -125,6 +137,14 @@ def _forces(body: TossedBody, position: np.ndarray, velocity: np.ndarray, lowest
         along = (position[0] * c + position[1] * s - body.wind_place) / body.wind_width
         out[0] += body.wind * c * math.exp(-(along**2))
         out[1] += body.wind * s * math.exp(-(along**2))
+    if body.lift != 0:
+        out += body.lift * _cross(spin, velocity)
+    if body.film != 0:
+        out[2] -= body.film * velocity[2] * math.exp(-max(lowest, 0.0) / body.film_reach)
+    if body.magnet != 0:
+        away = position - np.array([body.magnet_x, body.magnet_y, -body.magnet_depth])
+        distance = math.sqrt((away**2).sum()) / body.magnet_depth
+        out -= body.magnet / body.magnet_depth / distance**4 * away
     return out
 
 
@@ -232,11 +252,11 @@ def move(
                 gaps[k] = position[2] + arms[k, 2]
             lowest = gaps.min()
             step = min(left, longest if rigid or lowest >= 0 else firm, _arrival(arms, gaps, velocity, spin, longest))
-            forces = _forces(body, position, velocity, lowest)
+            forces = _forces(body, position, velocity, spin, lowest)
             velocity = velocity + step * forces
             world = r @ inertia @ r.T
             inverse = np.linalg.inv(world)
-            spin = spin - step * (inverse @ _cross(spin, world @ spin))
+            spin = spin - step * (inverse @ _cross(spin, world @ spin)) - step * body.spin_drag * spin
             mean = velocity - 0.5 * step * forces
             if lowest < 0:
                 time = (sample + 1) * sample_time - left
@@ -288,7 +308,8 @@ def _touched(
         _put(jacobian[3 * count], 0, (0.0, z, -y))
         _put(jacobian[3 * count + 1], 0, (-z, 0.0, x))
         _put(jacobian[3 * count + 2], 0, (y, -x, 0.0))
-        target[count] = -body.restitution * speed[2] if speed[2] < -SLOW else min(-0.02 * gaps[k] / step, 0.05)
+        restitution = body.restitution + (body.lively * (1 - body.restitution) if place > body.patch_place else 0.0)
+        target[count] = -restitution * speed[2] if speed[2] < -SLOW else min(-0.02 * gaps[k] / step, 0.05)
         friction[count] = _friction(body, place, time, speed[0], speed[1])
         depth[count] = -gaps[k]
         count += 1

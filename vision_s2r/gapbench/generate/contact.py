@@ -274,6 +274,17 @@ UNKNOWN: dict[str, dict[str, Family]] = {
         "drag": lambda x, body, rng: {"drag": 6 * x},
         "slick_half": lambda x, body, rng: {"patch": -0.9 * x, "patch_place": rng.normal(0, 0.05)},
         "fading_friction": lambda x, body, rng: {"fade": 6 * x},
+        "hastening_friction": lambda x, body, rng: {"hastening": 3 * x},
+        "lively_half": lambda x, body, rng: {"lively": 0.9 * x, "patch_place": rng.normal(0, 0.05)},
+        "lift": lambda x, body, rng: {"lift": x * rng.choice((-1, 1))},
+        "spin_drag": lambda x, body, rng: {"spin_drag": 10 * x},
+        "squeezed_film": lambda x, body, rng: {"film": 60 * x, "film_reach": rng.uniform(5e-3, 2e-2)},
+        "magnet": lambda x, body, rng: {
+            "magnet": 20 * x,
+            "magnet_x": rng.normal(0, 0.1),
+            "magnet_y": rng.normal(0, 0.1),
+            "magnet_depth": rng.uniform(0.08, 0.15),
+        },
     },
     "reporting": {
         "quadratic_drag": lambda x, body, rng: {"quadratic_drag": 6 * x},
