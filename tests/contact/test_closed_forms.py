@@ -188,6 +188,7 @@ def test_every_effect_and_term_shows_and_a_neutral_one_does_not():
         if effect.name not in ("lateral_friction", "restitution"):
             assert np.array_equal(tossed({effect.name: neutral}), plain), effect.name
     every = {"height": (0.01, 4), "place": (0.0, 0.0), "speed": (2.0, 3), "time": (0.5, 4), "direction": True}
+    every |= {"area": (0.0, 0.0), "sliding": (2.0, 3), "age": (0.5, 3)}
     for name, value in every.items():
         terms = Terms(**{name: value})
         row = np.concatenate([pack(nominal(0.2, 0.2), {}), np.zeros(terms.width)])

@@ -33,7 +33,7 @@ from vision_s2r.contact.room import (
     list_touching,
     write,
 )
-from vision_s2r.contact.terms import acceleration
+from vision_s2r.contact.terms import acceleration, varying
 from vision_s2r.contact.touching import first_hit, forget, mark, measure, resist
 from vision_s2r.contact.vectors import Matrix, Quaternion, Vector, carried, cross, matrix, moved, times, turned
 from vision_s2r.joint.compiled import compiled
@@ -109,7 +109,7 @@ def run(
         while any_of(progress.alive):
             progress, done = _tried(lot, room, flat, terms, progress, clock)
             if any_of(done):
-                progress, rests = _arrived(lot, room, progress, done, terms[3, 2] > 0, clock)
+                progress, rests = _arrived(lot, room, progress, done, varying(terms), clock)
                 for lane in range(LANES):
                     if bits(done) >> lane & 1:
                         c, w = _which(begin + lane, len(machines), order)
@@ -158,7 +158,7 @@ def _tried(lot: Lot, room: Room, flat: Room, terms: np.ndarray, p: Course, clock
     velocity, spin = _free(lot, room, terms, middle, r, tensor, time, step)
     if any_of(near):
         velocity, spin = _supported(
-            lot, room, flat, terms, middle, r, tensor, velocity, spin, step, p.impact, settling, near
+            lot, room, flat, terms, middle, r, tensor, velocity, spin, time, step, p.impact, settling, near
         )
     after = _drifted((middle[0], middle[1], velocity, spin), 0.5 * step)
     lowest = measure(lot.body, room, after[0], matrix(after[1]), END)
@@ -215,7 +215,7 @@ def _free(
 @compiled
 def _supported(
     lot: Lot, room: Room, flat: Room, terms: np.ndarray, middle: State, r: Matrix, tensor: Matrix, faster: Vector,
-    turning: Vector, step: Lanes, impact: Mask, settling: Mask, near: Mask,
+    turning: Vector, time: Lanes, step: Lanes, impact: Mask, settling: Mask, near: Mask,
 ) -> tuple[Vector, Vector]:  # fmt: skip
     """Velocity and spin after the support's impulses too, where bodies are near it."""
     position, _, velocity, spin = middle
@@ -230,7 +230,7 @@ def _supported(
         forget(room, impact)
     if any_of(touches):
         count = resist(
-            lot.machine, lot.body, room, terms, r, tensor, position, velocity, spin, impact, lot.spring, step, near
+            lot.machine, lot.body, room, terms, r, tensor, position, velocity, spin, impact, lot.spring, time, step, near
         )
         faster, turning = solve(lot.machine, tensor, room.touch, count, touches, faster, turning, lot.spring, step)
     if any_of(impact):

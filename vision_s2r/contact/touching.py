@@ -20,7 +20,7 @@ from vision_s2r.contact.room import (
     TARGET,
     Room,
 )
-from vision_s2r.contact.terms import directed
+from vision_s2r.contact.terms import friction_of
 from vision_s2r.contact.vectors import Matrix, Vector, times
 from vision_s2r.joint.compiled import compiled
 
@@ -64,7 +64,7 @@ def forget(room: Room, impact: Mask) -> None:
 @compiled
 def resist(
     machine: ContactMachine, body: Body, room: Room, terms: np.ndarray, r: Matrix, tensor: Matrix, position: Vector,
-    velocity: Vector, spin: Vector, impact: Mask, spring: Mask, step: Lanes, looking: Mask,
+    velocity: Vector, spin: Vector, impact: Mask, spring: Mask, time: Lanes, step: Lanes, looking: Mask,
 ) -> int:  # fmt: skip
     """What the points that touch ask for, and how they resist it; the rows of `touch` that have any."""
     touch = room.touch
@@ -82,7 +82,9 @@ def resist(
         touch[n, BEFORE] = approach
         east = velocity[0] + spin[1] * z - spin[2] * y
         north = velocity[1] + spin[2] * x - spin[0] * z
-        touch[n, FRICTION] = directed(terms, room.coefficients, machine.lateral_friction, east, north)
+        touch[n, FRICTION] = friction_of(
+            terms, room.coefficients, machine.lateral_friction, position, east, north, time
+        )
     return len(touch)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from vision_s2r.contact import COEFFICIENTS, CONTACT_EFFECTS, Terms, column_of, pack
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.contact import effects as _effects  # noqa: F401  (fills CONTACT_FITS)
-from vision_s2r.fit.contact.discrepancy import MEANINGS, Term
+from vision_s2r.fit.contact.discrepancy import MEANINGS, Term, scales_of
 from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.coordinates import Coordinates, ParameterRange
 
@@ -44,7 +44,7 @@ class ContactSpace(Coordinates):
         self.nominal, self.base = scales.nominal, pack(scales.nominal, {})
         self.owner = [c.effect for c in self.coordinates] + [t.name for t in self.parts for _ in range(t.size)]
         self.size = len(self.owner)
-        scale = np.concatenate([np.zeros(0), *(t.scale for t in self.parts)])
+        scale = scales_of(self.parts, self.effects)
 
         def column(name: str, of_terms: np.ndarray) -> np.ndarray:
             return np.concatenate([[getattr(c, name) for c in self.coordinates], of_terms])
