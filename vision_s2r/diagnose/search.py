@@ -357,11 +357,11 @@ class Search:
                 found = known
                 continue
             more = self._beside(found)
-            if not (self._assessor.better(more, found) or self._assessor.shows(more, found)):
+            if not self._brought(more, found):
                 break
             found = self._shed(more, doubtful)
             bare = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
-            if not self._assessor.better(found, bare):  # the unknown only showed the way to a better fit
+            if not self._brought(found, bare):  # the unknown only showed the way to a better fit
                 return bare
         added = found.names & self._effects - before
         if not added or self._assessor.adequate(found):
@@ -369,6 +369,11 @@ class Search:
         without = self._assessor.one(found.names - added, found.hypothesis)
         kept = self._assessor.most(found, without) and (self._cfg.beside or self._assessor.little(found))
         return found if kept else without
+
+    def _brought(self, more: Assessment, less: Assessment) -> bool:
+        """Whether a flexible unknown brings `more`, where the floor is reached also in few places, but plainly."""
+        shows = self._cfg.unknowns and self._assessor.shows(more, less)
+        return shows or self._assessor.better(more, less)
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""
