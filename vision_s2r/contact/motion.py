@@ -229,9 +229,8 @@ def _supported(
     if any_of(impact):
         forget(room, impact)
     if any_of(touches):
-        count = resist(
-            lot.machine, lot.body, room, terms, r, tensor, position, velocity, spin, impact, lot.spring, time, step, near
-        )
+        moving = (position, velocity, spin)
+        count = resist(lot.machine, lot.body, room, terms, r, tensor, moving, impact, lot.spring, time, step, near)
         faster, turning = solve(lot.machine, tensor, room.touch, count, touches, faster, turning, lot.spring, step)
     if any_of(impact):
         forget(room, impact)

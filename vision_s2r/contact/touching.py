@@ -63,11 +63,14 @@ def forget(room: Room, impact: Mask) -> None:
 
 @compiled
 def resist(
-    machine: ContactMachine, body: Body, room: Room, terms: np.ndarray, r: Matrix, tensor: Matrix, position: Vector,
-    velocity: Vector, spin: Vector, impact: Mask, spring: Mask, time: Lanes, step: Lanes, looking: Mask,
+    machine: ContactMachine, body: Body, room: Room, terms: np.ndarray, r: Matrix, tensor: Matrix,
+    moving: tuple[Vector, Vector, Vector], impact: Mask, spring: Mask, time: Lanes, step: Lanes, looking: Mask,
 ) -> int:  # fmt: skip
-    """What the points that touch ask for, and how they resist it; the rows of `touch` that have any."""
-    touch = room.touch
+    """What the points that touch ask for, and how they resist it; the rows of `touch` that have any.
+
+    `moving`: position, velocity and spin of the body.
+    """
+    touch, (position, velocity, spin) = room.touch, moving
     center, f = times(r, body.center), frame(body, r)
     for n in range(len(touch)):
         if not any_of(looking & (touch[n, POINT] >= 0)):

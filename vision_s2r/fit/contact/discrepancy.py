@@ -13,7 +13,7 @@ from vision_s2r.fit.contact.windows import ContactTrack
 
 STRONG = 3.0  # m/s²: a force of a term that would be plainly visible, and as sure as nothing is known of it
 UNEVEN = 0.5  # of a friction that is not the same everywhere, likewise
-KNOWN = 1e-3  # of a coefficient that does what an effect does which is there itself
+KNOWN = 1e-4  # of a coefficient that does what an effect does which is there itself
 MEANINGS = {
     "force_of_place": "a force that depends on where the body is: its height, or its place on the support",
     "force_of_speed": "a force that depends on the body's speed",
