@@ -1,7 +1,7 @@
 """What cameras do that the library of effects does not hold: the unknown of generated recordings.
 
 Each kind is a function (strength in (0, 1], generator) -> (stage, step): where in the camera it happens, and what it
-does there, the same at every call. Kinds for tuning and for reporting are disjoint, half of them each.
+does there, the same at every call. Kinds for tuning and for reporting are disjoint.
 """
 
 from collections.abc import Callable
@@ -39,6 +39,13 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         processing.auto_exposure,
         processing.local_tone_mapping,
         sensor.fixed_pattern_noise,
+        optics.spherical_aberration,
+        sensor.lamp_drift,
+        optics.astigmatism,
+        sensor.uneven_shutter,
+        optics.greasy_cover,
+        sensor.still_bands,
+        sensor.blooming,
     ),
     "reporting": (
         optics.tilted_sensor,

@@ -249,3 +249,47 @@ def heat_haze(strength: float, rng: Rng) -> tuple[str, Stage]:
         return np.concatenate(moved)
 
     return "optics", step
+
+
+def spherical_aberration(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Rays through the lens' rim meet before the others do: a sharp core in a soft halo, alike all over the picture."""
+    share, reach = 0.85 * strength, rng.uniform(2, 5)
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        light = to_linear(canvas)
+        halo = sum(blurred(light, reach * size * geometry.scale) for size in (0.4, 1.0, 1.6)) / 3
+        return to_coded((1 - share) * light + share * halo)
+
+    return "optics", step
+
+
+def astigmatism(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Points away from the axis are lines around it, the longer the farther they are: of two focal surfaces one."""
+    reach, count = 0.12 * strength, 9
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        x, y = geometry.pixels()
+        x, y = np.broadcast_arrays(x - geometry.cx, y - geometry.cy)
+        away = np.clip(np.hypot(x, y) / geometry.width * 2, 0, 1)
+        smeared = np.zeros_like(canvas)
+        for k in range(count):
+            turn = reach * away * (2 * k / (count - 1) - 1)
+            u, v = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+            smeared += warp(canvas, geometry.cx + u, geometry.cy + v, geometry, "linear")
+        return smeared / count
+
+    return "optics", step
+
+
+def greasy_cover(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """A thumb's print on the cover glass: it scatters what is seen through it, in a part of the picture."""
+    centre, size, radius = rng.uniform(0.25, 0.75, 2), rng.uniform(0.25, 0.5), rng.uniform(6, 14)
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        x, y = geometry.pixels()
+        squared = (x / geometry.width - centre[0]) ** 2 + (y / geometry.height - centre[1]) ** 2
+        share = 0.9 * strength * np.exp(-squared / (2 * size**2))[..., None]
+        light = to_linear(canvas)
+        return to_coded((1 - share) * light + share * blurred(light, radius * geometry.scale))
+
+    return "optics", step

@@ -199,3 +199,52 @@ def sensor_dust(strength: float, rng: Rng) -> tuple[str, Stage]:
         return to_coded(to_linear(pictures) * passed[..., None])
 
     return "sensor", step
+
+
+def lamp_drift(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """A lamp that warms up, or a battery that runs down: frame by frame there is more light, or less."""
+    stops = 2.5 * strength * rng.choice([-1, 1])
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        gain = 2 ** (stops * np.linspace(-0.5, 0.5, len(pictures)))
+        return to_coded(to_linear(pictures) * gain[:, None, None, None])
+
+    return "sensor", step
+
+
+def uneven_shutter(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Curtains of a focal plane's shutter run at unequal speed, another in each frame: rows are exposed ever longer."""
+    seed = rng.integers(2**32)
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        speeds = np.random.default_rng(seed).uniform(-1, 1, (len(pictures), 1))
+        gain = 2 ** (2.5 * strength * speeds * np.linspace(-0.5, 0.5, pictures.shape[1]))
+        return to_coded(to_linear(pictures) * gain[:, :, None, None])
+
+    return "sensor", step
+
+
+def still_bands(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """LEDs that are switched in step with the frames, under a rolling shutter: dark bands that stand still."""
+    period, share, phase = rng.uniform(20, 60), rng.uniform(0.3, 0.7), rng.uniform(0, 1)
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        place = (np.arange(pictures.shape[1]) / period + phase) % 1
+        off = 1 / (1 + np.exp(np.clip((np.abs(place - 0.5) - share / 2) * 40, -50, 50)))
+        return to_coded(to_linear(pictures) * (1 - 0.8 * strength * off)[:, None, None])
+
+    return "sensor", step
+
+
+def blooming(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Full wells spill over along their columns: a streak on either side of what is bright, fading with distance."""
+    reach = rng.uniform(4, 15)
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        light = to_linear(pictures)
+        spilt = np.maximum(light - np.quantile(light, 0.85), 0)
+        rows = np.arange(pictures.shape[1])
+        kept = np.exp(-np.abs(rows[:, None] - rows) / reach) * (rows[:, None] != rows)
+        return to_coded(light + strength * np.einsum("ij,njwc->niwc", kept, spilt))
+
+    return "sensor", step
