@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recorded
+from vision_s2r.camera.colour import to_coded, to_linear
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.light import FrameLight, stops
@@ -64,19 +65,34 @@ def test_steady_light_is_no_frames_own() -> None:
     assert not case.unsteady and case.light(case.fit(frozenset(), EVERY, None)) is None
 
 
+def lit_by(gain: np.ndarray, **effects: dict[str, float]) -> CameraRecording:
+    """Pairs under effects, in light of so much [N, H or 1] that falls on each frame or its rows."""
+    recording = recorded(**effects)
+    light = to_linear(torch.from_numpy(recording.real)) * torch.from_numpy(gain).float()[:, :, None, None]
+    real = (to_coded(light.clamp(0, 1)) * 255).round() / 255
+    return replace(recording, real=real.numpy())
+
+
+def test_an_exposure_of_each_frames_own_is_no_light_of_its_own_and_hides_no_falloff() -> None:
+    drifting = lit_by(
+        2 ** np.linspace(-0.4, 0.4, FRAMES)[:, None], uneven_illumination={"strength": 0.3, "angle": 20.0}
+    )
+    case = opened(drifting)
+    assert case.study.pictures.light.kind == "exposure" and "uneven_illumination" not in case.not_excited
+
+
 def test_a_frames_light_is_told_from_its_surfaces() -> None:
     mean = torch.from_numpy(recorded().sim).permute(0, 3, 1, 2) * 0.8
     x = torch.linspace(-1, 1, SIZE)
     real = mean * (1.1 + 0.2 * x + 0.1 * x[:, None]) + 0.03
-    lit = FrameLight("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2))
+    lit = FrameLight("field").on(mean, real, torch.full_like(mean[:, :1], 255.0**2), "srgb")
     assert (lit.mean - real.clamp(0, 1)).abs().max() < 0.02
-    dim = FrameLight("field").on(mean / 2, real / 2, torch.full_like(mean[:, :1], 255.0**2))
+    dim = FrameLight("field").on(mean / 2, real / 2, torch.full_like(mean[:, :1], 255.0**2), "srgb")
     edges = (mean > mean.mean()).float()
     brighter, drawn = dim.beside(torch.stack([mean / 2, edges])).abs().amax((1, 2, 3, 4))
     assert brighter < 1e-3 < drawn  # light would make up for the first
-    assert stops(FrameLight("exposure").on(mean, mean * 1.1, torch.ones_like(mean)), "linear") == pytest.approx(
-        np.log2(1.1), abs=0.01
-    )
+    brighter = FrameLight("exposure").on(mean, mean * 1.1, torch.ones_like(mean), "linear")
+    assert stops(brighter, "linear") == pytest.approx(np.log2(1.1), abs=0.01)
 
 
 def test_what_is_wrong_nearly_everywhere_is_no_outlier() -> None:

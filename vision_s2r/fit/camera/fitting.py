@@ -40,7 +40,7 @@ class Target:
             return real - pictures.predict(values, segments, stages, keep).mean, None
         mean = pictures.predict(without_encoder(values), segments, stages, keep).mean
         weight = chosen(self.counted, segments) / chosen(self.variance, segments)
-        lit = pictures.light.on(mean, real, weight)
+        lit = pictures.light.on(mean, real, weight, pictures.encoding)
         return real - pictures.through_encoder(lit.mean, values), lit
 
     def residual(

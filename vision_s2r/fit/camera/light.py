@@ -14,7 +14,7 @@ import torch
 from numba import njit
 from torch import Tensor
 
-from vision_s2r.camera.colour import to_linear
+from vision_s2r.camera.colour import Curve, to_linear
 from vision_s2r.fit.camera.student import FREEDOM
 
 UNSTEADY = "light that differs from frame to frame"
@@ -27,6 +27,12 @@ _BLOCK = 1024  # values of a frame that are added up at a time, so that they sta
 _POINTS = 20_000  # of a frame, that its light is fitted to, at most
 _DIFFERS = 0.03  # standard deviation of the frames' gains, from which light may be said to differ
 _LEFT = 0.8  # of what a simpler light leaves: one that is more the frames' own has to leave less than this
+_PEDESTAL = {
+    "srgb": 0.055,
+    "power": 0.0,
+    "linear": 0.0,
+}  # under coded values, with which they grow by a factor where light does
+_TRIFLE = 0.05  # of what exposures take away: fields that take no more make up for clipping and the dark's own curve
 _BLACK = 0.05  # of full scale: values below it say nothing of light, noise and a sensor's offset move them
 LEAST_FRAMES = 3  # that have a spread
 _FINEST = 80  # px of the shorter side, of the pictures on which it is decided
@@ -37,7 +43,7 @@ class Lit:
     """Predictions [B, C, H, W] in the light of each frame: times a field of waves, and a veil over it."""
 
     mean: Tensor
-    unlit: Tensor  # [B, C, H, W]
+    unlit: Tensor  # [B, C, H, W], above the curve's pedestal
     waves: Tensor  # [W, H, W]
     gain: Tensor  # [B, C, H, W]: what it multiplies the prediction by; nothing where the sensor is full
     weight: Tensor  # [B, C, H, W]
@@ -73,24 +79,25 @@ class FrameLight:
 
     kind: Kind
 
-    def on(self, mean: Tensor, real: Tensor, weight: Tensor) -> Lit:
+    def on(self, mean: Tensor, real: Tensor, weight: Tensor, curve: Curve) -> Lit:
         """The likeliest light of each frame: `mean` and `real` [B, C, H, W], `weight` [B, 1 or C, H, W], 0 unseen.
 
-        Least squares under Student's weights; a frame's light is its own, whatever frames are asked for together.
+        Both are values of this curve. Least squares under Student's weights; a frame's light is its own, whatever
+        frames are asked for together.
         """
         height, width = mean.shape[-2:]
         waves, veil = _waves(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
-        mean = mean.contiguous()
+        mean, pedestal = mean.contiguous(), np.float32(0 if veil else _PEDESTAL[curve])
         whole = [each.expand_as(mean).flatten(2).contiguous().numpy() for each in (mean, real, weight)]
         stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
         of_few = waves.flatten(1).repeat(1, mean.shape[1])[:, ::stride].contiguous().numpy()
         lights, coefficients = [], []
         for frame in zip(*whole, strict=True):
             few = [each.reshape(1, -1)[:, ::stride].copy() for each in frame]
-            coefficients.append(_likeliest(few, of_few, veil))
-            lights.append(_forgiving(coefficients[-1], waves.flatten(1).numpy(), *frame))
+            coefficients.append(_likeliest(few, of_few, veil, pedestal))
+            lights.append(_forgiving(coefficients[-1], waves.flatten(1).numpy(), pedestal, *frame))
         lit, robust, gain = (torch.from_numpy(np.stack(each)).view_as(mean) for each in zip(*lights, strict=True))
-        return Lit(lit, mean, waves, gain, robust, torch.from_numpy(np.stack(coefficients)))
+        return Lit(lit, mean + float(pedestal), waves, gain, robust, torch.from_numpy(np.stack(coefficients)))
 
 
 STEADY = FrameLight("steady")
@@ -104,13 +111,14 @@ def _waves(height: int, width: int) -> Tensor:
     return torch.stack([torch.ones_like(x), x, y, x * x, x * y, y * y])
 
 
-def _likeliest(points: Sequence[np.ndarray], waves: np.ndarray, veil: bool) -> np.ndarray:
+def _likeliest(points: Sequence[np.ndarray], waves: np.ndarray, veil: bool, pedestal: np.float32) -> np.ndarray:
     """Coefficients [K] at points of a frame: its prediction, what is real, the weight, each [1, D]; `waves` [W, D]."""
     mean, real, weight = points
-    coefficients = _solved(*_equations(mean, weight, waves, veil, (real - mean)[None]))[0]
+    unlit = mean + pedestal
+    coefficients = _solved(*_equations(unlit, weight, waves, veil, (real - mean)[None]))[0]
     for _ in range(_PASSES - 1):
-        _, robust, _ = _forgiving(coefficients, waves, mean, real, weight)
-        coefficients = _solved(*_equations(mean, robust, waves, veil, (real - mean)[None]))[0]
+        _, robust, _ = _forgiving(coefficients, waves, pedestal, mean, real, weight)
+        coefficients = _solved(*_equations(unlit, robust, waves, veil, (real - mean)[None]))[0]
     return coefficients
 
 
@@ -121,23 +129,23 @@ def _solved(matrix: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 @njit(nogil=True, cache=True, fastmath=True)
-def _equations(mean, weight, waves, veil, targets):  # type: ignore[no-untyped-def]
-    """Of the prediction [C, D] times each wave [W, D], and a veil, for targets [P, C, D]; sums of a block at a time."""
-    count, size = len(waves) + veil, mean.shape[1]
+def _equations(unlit, weight, waves, veil, targets):  # type: ignore[no-untyped-def]
+    """Of what is unlit [C, D] times each wave [W, D], and a veil, for targets [P, C, D]; sums of a block at a time."""
+    count, size = len(waves) + veil, unlit.shape[1]
     matrix, vectors = np.zeros((count, count)), np.zeros((len(targets), count))
     basis, weighed = np.ones((count, _BLOCK), np.float32), np.empty(_BLOCK, np.float32)
-    for c in range(len(mean)):
+    for c in range(len(unlit)):
         for start in range(0, size, _BLOCK):
             part = slice(start, min(start + _BLOCK, size))
-            unlit, counted = mean[c, part], weight[c, part]
+            light, counted = unlit[c, part], weight[c, part]
             for k in range(len(waves)):
-                _times(unlit, waves[k, part], basis[k])
+                _times(light, waves[k, part], basis[k])
             for k in range(count):
                 _times(counted, basis[k], weighed)
                 for other in range(k + 1):
-                    matrix[k, other] += _dot(weighed[: len(unlit)], basis[other])
+                    matrix[k, other] += _dot(weighed[: len(light)], basis[other])
                 for p in range(len(targets)):
-                    vectors[p, k] += _dot(weighed[: len(unlit)], targets[p, c, part])
+                    vectors[p, k] += _dot(weighed[: len(light)], targets[p, c, part])
     for k in range(count):
         for other in range(k):
             matrix[other, k] = matrix[k, other]
@@ -159,7 +167,7 @@ def _dot(one, other):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _forgiving(coefficients, waves, mean, real, weight):  # type: ignore[no-untyped-def]
+def _forgiving(coefficients, waves, pedestal, mean, real, weight):  # type: ignore[no-untyped-def]
     """The prediction [C, D] in this light, weights that forgive single values what it leaves, and the light's gain."""
     zero, one, freedom = np.float32(0), np.float32(1), np.float32(FREEDOM)  # else the arithmetic would be double
     veil = coefficients[-1] if len(coefficients) > len(waves) else zero
@@ -170,7 +178,7 @@ def _forgiving(coefficients, waves, mean, real, weight):  # type: ignore[no-unty
             field[d] += coefficients[k] * waves[k, d]
     for c in range(len(mean)):
         for d in range(len(field)):
-            found = mean[c, d] * field[d] + veil
+            found = (mean[c, d] + pedestal) * field[d] - pedestal + veil
             left = real[c, d] - found
             full = found >= one and real[c, d] > np.float32(0.998)  # more light would not be seen
             counted = weight[c, d]
@@ -199,16 +207,18 @@ class Differing:
         """The least that frames need of their own."""
         if not self.plausible or self.exposure > _LEFT * self.common:
             return STEADY
-        return FrameLight("field") if self.own < _LEFT * self.exposure else FrameLight("exposure")
+        more = self.exposure - self.own
+        needed = more > max((1 - _LEFT) * self.exposure, _TRIFLE * (self.common - self.exposure))
+        return FrameLight("field" if needed else "exposure")
 
 
-def differing(mean: Tensor, real: Tensor, weight: Tensor) -> Differing:
-    """How frames [N, C, H, W] differ in light, beside a prediction in the light that all have alike."""
+def differing(mean: Tensor, real: Tensor, weight: Tensor, curve: Curve) -> Differing:
+    """How frames [N, C, H, W] of a curve's values differ in light, beside a prediction in the light that all have."""
     grey, seen = mean.mean(1, keepdim=True), real.mean(1, keepdim=True)
     weight = weight.amax(1, keepdim=True) * (grey > _BLACK)
-    lit = FrameLight("field").on(grey, seen, weight)
+    lit = FrameLight("field").on(grey, seen, weight, curve)
     common = _common(lit, seen - grey, grey)
-    scaled = FrameLight("exposure").on(common, seen, weight)
+    scaled = FrameLight("exposure").on(common, seen, weight, curve)
     pixels = max(float((weight > 0).sum()), 1.0)
     losses = [
         float(_robust((seen - each).square() * weight).sum()) / pixels for each in (common, scaled.mean, lit.mean)
@@ -229,9 +239,10 @@ def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:
     return (mean + added).clamp(0, 1)
 
 
-def stops(lit: Lit, encoding: str) -> np.ndarray:
+def stops(lit: Lit, encoding: Curve) -> np.ndarray:
     """The exposure [B] of each frame against the simulator's, EV: what its gain makes of a coded mid grey."""
-    grey = (0.5 * (1 + lit.coefficients[:, 0])).clamp(min=0.01)
+    pedestal = _PEDESTAL[encoding]
+    grey = ((0.5 + pedestal) * (1 + lit.coefficients[:, 0]) - pedestal).clamp(min=0.01)
     light, before = (each if encoding == "linear" else to_linear(each) for each in (grey, torch.tensor(0.5)))
     return torch.log2(light / before).numpy()
 

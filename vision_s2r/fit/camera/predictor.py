@@ -68,7 +68,7 @@ class CameraPredictor:
         noise = predicted_noise(yardstick, variance, mean)
         weight = yardstick.counted[[segment]] / (noise + yardstick.tolerance[[segment]])
         if lit:
-            mean = pictures.light.on(mean, pictures.real[[segment]], weight).mean
+            mean = pictures.light.on(mean, pictures.real[[segment]], weight, pictures.encoding).mean
         return mean, noise, weight
 
     def encoded(self, mean: Tensor, values: Values) -> Tensor:
@@ -178,7 +178,8 @@ class CameraPredictor:
             return None
         for segment in range(self._study.count):
             mean, _, weight = self.frames(hypothesis.values, [segment], lit=False)
-            exposures += stops(pictures.light.on(mean, pictures.real[[segment]], weight), pictures.encoding).tolist()
+            lit = pictures.light.on(mean, pictures.real[[segment]], weight, pictures.encoding)
+            exposures += stops(lit, pictures.encoding).tolist()
         spread = float(np.std(exposures, ddof=1))
         return {"differs_in": pictures.light.kind, "exposure": exposures, "spread": spread, "unit": "EV"}
 

@@ -178,7 +178,7 @@ def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -
     def compared(found: Values) -> Differing:
         target = rough_target(levels[small], found)
         mean = levels[small].predict(without_encoder(found), every).mean
-        return differing(mean, levels[small].real, target.counted / target.variance)
+        return differing(mean, levels[small].real, target.counted / target.variance, levels[small].encoding)
 
     if len(every) < LEAST_FRAMES or not compared(values).plausible:
         return STEADY
@@ -297,7 +297,7 @@ def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Te
         mean = pictures.predict(without_encoder(reference), [k]).mean
         if pictures.light != STEADY:
             weight = counted[[k]] / rough_variance(pictures, [k])
-            mean = pictures.light.on(mean, pictures.real[[k]], weight).mean
+            mean = pictures.light.on(mean, pictures.real[[k]], weight, pictures.encoding).mean
         means.append(pictures.through_encoder(mean, reference))
     mean = torch.cat(means)
     return counted, mean, pictures.real - mean
