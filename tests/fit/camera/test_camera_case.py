@@ -178,6 +178,21 @@ def test_an_unknown_forgives_single_pixels(name: str) -> None:
     assert 255 * added.square().mean().sqrt() < 0.2
 
 
+@pytest.mark.parametrize(("name", "frames"), [("row_pattern", 0.0), ("row_noise", 1.0)])
+def test_rows_have_gains_of_their_own_and_light_that_falls_off_is_none(name: str, frames: float) -> None:
+    mean = scenes(3)
+    weight, place = torch.full_like(mean, 255.0**2), torch.arange(SIZE)[:, None]
+    sign = (-1.0) ** (frames * torch.arange(FRAMES))[:, None, None, None]  # the same rows, or others, in each frame
+
+    def taken(gain: torch.Tensor) -> float:
+        residual = gain * mean
+        added = add(name, discrepancy.fit(name, residual, mean, weight), mean, residual, weight)
+        return 1 - float((residual - added).square().sum() / residual.square().sum())
+
+    assert taken(0.2 * sign * ((place % 16 < 8).float() - 0.5)) > 0.9
+    assert taken(0.2 * (place / SIZE - 0.5)) < 0.1
+
+
 def test_a_tilt_within_what_a_lens_may_do_otherwise_is_none() -> None:
     case = opened(recorded(lens_distortion={"k1": -0.3, "k2": 0.0}))
 

@@ -24,9 +24,9 @@ DISCREPANCIES: dict[str, str] = {
     "kernel": "a blur or sharpening of some other kernel",
     "ghost": "a second copy of the picture, shifted or upside down",
     "glare": "light scattered far over the picture",
-    "row_pattern": "rows and columns with offsets of their own",
+    "row_pattern": "rows and columns with offsets and gains of their own",
     "fixed_pattern": "pixels with offsets and gains of their own",
-    "row_noise": "rows whose offsets differ from frame to frame",
+    "row_noise": "rows whose offsets and gains differ from frame to frame",
     "flicker": "a brightness that differs from frame to frame",
     "levels": "fewer levels than the values have bits for",
     "outliers": "single pixels that are far off",
@@ -47,6 +47,8 @@ _SCATTERED = (4, 10, 24)  # px, over which light is scattered
 _AROUND = 7  # px to either side, whose mean is the light's and not the pixel's own
 _PASSES = 3  # of reweighting
 _RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset from a gain
+_FLAT = 1e-5  # likewise: a row of one brightness
+_SURELY = 3.0  # standard errors of a mean over frames, from which it is no frame's own
 _BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
 _FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
 
@@ -172,7 +174,7 @@ def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
 class FittedDiscrepancy:
     """A discrepancy's coefficients, or the picture [C, H, W] that it adds, or its share of outliers.
 
-    Of a fixed pattern the offsets and gains [2, C, H, W].
+    Of patterns the offsets and gains [2, C, H, W]; of flicker and noise of rows those that are no frame's own.
     """
 
     coefficients: np.ndarray
@@ -187,7 +189,7 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
     if name in _PIXELS_OWN:
         found = _PIXELS_OWN[name](residual, mean, weight)
         for _ in range(_PASSES - 1):
-            left = residual - _of_pixels(name, found, mean)
+            left = residual - _of_pixels(found, mean)
             found = _PIXELS_OWN[name](residual, mean, weight * forgiving(left.square() * weight))
         return FittedDiscrepancy(found.numpy())
     if name == "outliers":
@@ -197,7 +199,7 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
     if name == "levels":
         return FittedDiscrepancy(_levels((mean + residual)[(weight > 0).expand_as(mean)]))
     if name in LATENT:
-        return FittedDiscrepancy(np.empty(0))
+        return FittedDiscrepancy(_common(_of_frames(name, residual, mean, weight), mean).numpy())
     ghost = find_ghost(residual, mean, (weight.amax(1, keepdim=True) > 0).float()) if name == "ghost" else None
     return FittedDiscrepancy(_least_squares(lambda: basis(name, mean, ghost), residual, weight), ghost)
 
@@ -205,20 +207,15 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
 def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
     """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
     if name in _PIXELS_OWN:
-        return _of_pixels(name, torch.from_numpy(fitted.coefficients), mean)
+        return _of_pixels(torch.from_numpy(fitted.coefficients), mean)
     if name == "outliers" or (name == "levels" and not fitted.coefficients.size):
         return torch.zeros_like(mean)
     if name == "levels":
         levels = torch.from_numpy(fitted.coefficients).float()
         return levels[torch.bucketize(mean.contiguous(), (levels[1:] + levels[:-1]) / 2)] - mean
-    if name == "row_noise":
-        total = weight.expand_as(residual).sum((1, 3), keepdim=True)
-        rows = (residual * weight).sum((1, 3), keepdim=True) / total.clamp(min=1e-12)
-        common = (rows * total).sum(2, keepdim=True) / total.sum(2, keepdim=True).clamp(min=1e-12)  # a frame's light
-        return (rows - common) * (total > 0)
-    if name == "flicker":
-        power = (mean.square() * weight).sum((1, 2, 3), keepdim=True)
-        return mean * (mean * residual * weight).sum((1, 2, 3), keepdim=True) / power.clamp(min=1e-12)
+    if name in LATENT:
+        own = _of_frames(name, residual, mean, weight) - torch.from_numpy(fitted.coefficients)
+        return (own[0] + own[1] * mean).float()
     if name in _FIELDS:
         waves, carriers = cosines(*mean.shape[-2:], _FIELDS[name]), _carriers(name, mean)
         coefficients = torch.from_numpy(fitted.coefficients).float().view(-1, len(carriers))
@@ -273,6 +270,43 @@ def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weig
     return found.numpy()
 
 
+def _affine(residual: Tensor, mean: Tensor, weight: Weights, over: tuple[int, ...]) -> Tensor:
+    """The offset and gain [2, …], each sum over these axes of pictures [B, C, H, W] one value, that residuals have.
+
+    Coded values grow with light by a factor, above a pedestal.
+    """
+    weight = weight.expand_as(residual)
+
+    def summed(values: Tensor) -> Tensor:
+        return (values * weight).double().sum(over, keepdim=True)
+
+    ones, across, squares = weight.double().sum(over, keepdim=True), summed(mean), summed(mean.square())
+    ridge = _FLAT * (ones + squares) / 2 + 1e-12
+    ones, squares = ones + ridge, squares + ridge
+    offset, gain = summed(residual), summed(mean * residual)
+    found = torch.stack([squares * offset - across * gain, ones * gain - across * offset])
+    return found / (ones * squares - across.square())
+
+
+def _common(found: Tensor, mean: Tensor) -> Tensor:
+    """The offset and gain [2, 1, …] that frames of these [2, B, …] have in common: none where that may be by chance."""
+    level = found[0] + found[1] * mean.double().mean()
+    if len(level) < 2:
+        return torch.zeros_like(found[:, :1])
+    surely = level.mean(0).abs() > _SURELY * level.std(0) / len(level) ** 0.5
+    return (found.mean(1) * surely)[:, None]
+
+
+def _of_frames(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> Tensor:
+    """The offset and gain [2, B, 1, 1 or H, 1] of each frame, or of its rows beside its own."""
+    if name == "flicker":
+        return _affine(residual, mean, weight, (1, 2, 3))
+    total = weight.expand_as(residual).double().sum((1, 3), keepdim=True)
+    rows = _affine(residual, mean, weight, (1, 3))
+    frame = (rows * total).sum(3, keepdim=True) / total.sum(2, keepdim=True).clamp(min=1e-12)
+    return (rows - frame) * (total > 0)
+
+
 def _levels(values: Tensor) -> np.ndarray:
     """The levels that values have, from the lowest to the highest; none where they have most of those of their bits."""
     counts = torch.bincount((values * (_CODES - 1)).round().long().clamp(0, _CODES - 1), minlength=_CODES)
@@ -313,22 +347,26 @@ def _own(values: Tensor) -> Tensor:
 
 
 def _rows_and_columns(residual: Tensor, mean: Tensor, weight: Weights) -> Tensor:
-    """Offsets of rows and columns together [C, H, W], the same in every frame."""
-    weight = weight.expand_as(residual)
-    total = weight.sum(0)
-    left = (residual * weight).sum(0) / total.clamp(min=1e-12)
+    """Offsets and gains of rows and columns together [2, C, H, W], the same in every frame."""
+    rows = _beside_a_trend(_affine(residual, mean, weight, (0, 3)), 3)
+    columns = _beside_a_trend(_affine(residual - (rows[0] + rows[1] * mean), mean, weight, (0, 2)), 4)
+    return (rows + columns)[:, 0].float()
 
-    def along(axis: int) -> Tensor:
-        whole = total.sum(axis, keepdim=True)
-        return (left * total).sum(axis, keepdim=True) / whole.clamp(min=1e-12)
 
-    rows = along(2).expand_as(left)
-    left = left - rows
-    return rows + along(1)
+def _beside_a_trend(values: Tensor, axis: int) -> Tensor:
+    """Values without their slope and bend along an axis, where they surely have any: that is light that falls off."""
+    place = torch.linspace(-1, 1, values.shape[axis], dtype=values.dtype)
+    slope, bend = place / place.norm(), place.square() - place.square().mean()
+    found = values.movedim(axis, -1)
+    for wave in (slope, bend / bend.norm()):
+        size = (found @ wave)[..., None]
+        less = found - size * wave
+        found = torch.where(size.abs() > _SURELY * less.std(-1, keepdim=True), less, found)
+    return found.movedim(-1, axis)
 
 
 _PIXELS_OWN = {"row_pattern": _rows_and_columns, "fixed_pattern": _offsets_and_gains}  # the same in every frame
 
 
-def _of_pixels(name: str, fitted: Tensor, mean: Tensor) -> Tensor:
-    return fitted.expand_as(mean) if name == "row_pattern" else fitted[0] + fitted[1] * mean
+def _of_pixels(fitted: Tensor, mean: Tensor) -> Tensor:
+    return fitted[0] + fitted[1] * mean
