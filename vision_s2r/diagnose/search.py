@@ -231,13 +231,13 @@ class Search:
         return sorted(self._assessor.assess([(names, starts[names]) for names in best]), key=lambda a: -a.score)
 
     def _swap(self, found: Assessment) -> Assessment:
-        """With an effect exchanged for its rival, where that is the likelier of the two.
+        """With an effect exchanged for its rival, where that is the likelier of the two, or as good and simpler."""
+        return self._simplest([found, *self._swapped(found)])
 
-        One of fewer parameters is taken unless the likelier is worth its others.
-        """
-        rivals = [found, *self._swapped(found)]
+    def _simplest(self, rivals: list[Assessment]) -> Assessment:
+        """The likeliest, or one of fewer parameters unless the likelier is worth its others."""
         best = max(rivals, key=lambda assessment: assessment.score)
-        simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
+        simpler = [each for each in rivals if self._parameters(each.names) < self._parameters(best.names)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
         return max(enough, key=lambda assessment: assessment.score, default=best)
 
@@ -246,8 +246,8 @@ class Search:
         wanted = swaps(self._case, found, found.names - self._base, self._candidates)
         return self._assessor.rivals(wanted, found)
 
-    def _parameters(self, found: Assessment) -> int:
-        return sum(len(self._case.library[name].parameters) for name in found.names & frozenset(self._case.library))
+    def _parameters(self, names: Names) -> int:
+        return sum(len(self._case.library[name].parameters) for name in names & frozenset(self._case.library))
 
     def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
         """Without those of the doubtful names that are not worth their name beside the others.
@@ -302,14 +302,14 @@ class Search:
 
     def _beside(self, found: Assessment) -> Assessment:
         """With the likeliest flexible unknown that it has not; as it is where it has them all."""
-        return self._likeliest(found, sorted(self._discrepancies - found.names))
+        tried = self._with_one(found, sorted(self._discrepancies - found.names))
+        return max(tried, key=lambda assessment: assessment.score, default=found)
 
-    def _likeliest(self, found: Assessment, names: list[str]) -> Assessment:
-        """With the likeliest on held-out data of these names, of which the most promising are tried."""
+    def _with_one(self, found: Assessment, names: list[str]) -> list[Assessment]:
+        """With each of the most promising of these names."""
         gains = self._case.screen(found.hypothesis, names)
         promising = sorted(names, key=lambda name: -gains[name])[:TRIED]
-        tried = self._assessor.assess([(found.names | {name}, found.hypothesis) for name in promising])
-        return max(tried, key=lambda assessment: assessment.score, default=found)
+        return self._assessor.assess([(found.names | {name}, found.hypothesis) for name in promising])
 
     def _known_beside(self, found: Assessment) -> Assessment | None:
         """With an effect beside the unknowns that were found, where one is worth its name there and is no stand-in."""
@@ -317,7 +317,8 @@ class Search:
             return None
         if len(found.names & self._effects) >= self._cfg.most:
             return None
-        more = self._likeliest(found, [name for name in self._candidates if name not in found.names])
+        tried = self._with_one(found, [name for name in self._candidates if name not in found.names])
+        more = self._simplest(tried) if tried else found
         added = more.names - found.names
         worth = self._assessor.worth(more, found) or self._assessor.most(more, found)
         if not (added and worth) or any(self._case.suspicious(more.hypothesis, name) for name in added):
@@ -359,7 +360,7 @@ class Search:
             more = self._beside(found)
             if not self._brought(more, found):
                 break
-            found = self._shed(more, doubtful)
+            found = self._instead_of_an_unknown(self._shed(more, doubtful))
             bare = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
             if not self._brought(found, bare):  # the unknown only showed the way to a better fit
                 return bare
@@ -374,6 +375,18 @@ class Search:
         """Whether a flexible unknown brings `more`, where the floor is reached also in few places, but plainly."""
         shows = self._cfg.unknowns and self._assessor.shows(more, less)
         return shows or self._assessor.better(more, less)
+
+    def _instead_of_an_unknown(self, found: Assessment) -> Assessment:
+        """With an effect in the place of an unknown that only did its work while another was not there yet.
+
+        Where all of them leave nothing, unless the unknown is likelier by as much as a name has to bring.
+        """
+        unknown = sorted(found.names & self._discrepancies)
+        if not (self._cfg.beside and len(unknown) > 1 and self._assessor.adequate(found)):
+            return found
+        less = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in unknown])
+        named = max(filter(None, map(self._known_beside, less)), key=lambda each: each.score, default=found)
+        return named if named.score > found.score - self._cfg.evidence else found
 
     def _explained(self, found: Assessment) -> bool:
         """Whether nothing beyond noise is left, nor anything unknown that shows in too few places to lift the mean."""

@@ -8,6 +8,8 @@ import torch
 
 from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recorded
 from vision_s2r.camera.colour import to_coded, to_linear
+from vision_s2r.diagnose.config import DiagnoseConfig
+from vision_s2r.diagnose.diagnose import diagnose
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.light import FrameLight, stops
@@ -73,12 +75,24 @@ def lit_by(gain: np.ndarray, **effects: dict[str, float]) -> CameraRecording:
     return replace(recording, real=real.numpy())
 
 
+def named(recording: CameraRecording) -> set[str]:
+    """A shadow that is larger than the picture would be an exposure as well."""
+    found = diagnose(recording, DiagnoseConfig(jobs=1, withhold=["cast_shadow", "lens_distortion"])).to_dict()
+    return {effect["name"] for effect in found["effects"]}
+
+
 def test_an_exposure_of_each_frames_own_is_no_light_of_its_own_and_hides_no_falloff() -> None:
     drifting = lit_by(
         2 ** np.linspace(-0.4, 0.4, FRAMES)[:, None], uneven_illumination={"strength": 0.3, "angle": 20.0}
     )
     case = opened(drifting)
     assert case.study.pictures.light.kind == "exposure" and "uneven_illumination" not in case.not_excited
+
+
+def test_an_exposure_beside_a_slight_flicker_has_its_name_and_a_flicker_alone_is_none() -> None:
+    stops = 0.06 * np.array([1.0, -1.0, 0.5, -0.5, 1.5, -1.5])[:, None]
+    assert named(lit_by(2**stops, exposure={"stops": -0.3})) == {"exposure"}
+    assert not named(lit_by(2**stops))
 
 
 def test_a_frames_light_is_told_from_its_surfaces() -> None:
