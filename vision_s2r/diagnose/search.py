@@ -439,20 +439,10 @@ class Search:
         that is as large with them as without, it stands.
         """
         if not self._case.suspicious(found.hypothesis, name):
-            return self._contradicted_alone(name, found)
+            return False
         if found is whole or not self._cfg.beside or self._case.suspicious(whole.hypothesis, name):
             return True
         return not self._alike(name, whole.hypothesis, found.hypothesis)
-
-    def _contradicted_alone(self, name: str, found: Assessment) -> bool:
-        """Whether parts of the recording ask for other sizes of an effect where nothing unknown makes up for it.
-
-        An unknown beside which an effect keeps its name is not of that effect's kind.
-        """
-        if self._cfg.beside or not found.names & self._discrepancies:
-            return False
-        alone = self._assessor.one(found.names - self._discrepancies, found.hypothesis)
-        return self._case.contradicted(alone.hypothesis, name)
 
     def _alike(self, name: str, one: Hypothesis, other: Hypothesis) -> bool:
         """Whether an effect is of the same size in two hypotheses."""
