@@ -202,14 +202,19 @@ def mechanical_vignetting(strength: float, rng: Rng) -> tuple[str, Stage]:
     return "optics", step
 
 
+def _off_axis(geometry: Geometry) -> tuple[Array, Array, Array]:
+    """How far pixels are from the axis, each [H, W]: along x and y, px, and of half the picture's width, at most 1."""
+    x, y = geometry.pixels()
+    x, y = np.broadcast_arrays(x - geometry.cx, y - geometry.cy)
+    return x, y, np.clip(np.hypot(x, y) / geometry.width * 2, 0, 1)
+
+
 def coma(strength: float, rng: Rng) -> tuple[str, Stage]:
     """Points away from the axis have tails that point outwards, the longer the farther they are."""
     reach, count = 0.22 * strength, 9
 
     def step(canvas: Array, geometry: Geometry) -> Array:
-        x, y = geometry.pixels()
-        x, y = np.broadcast_arrays(x - geometry.cx, y - geometry.cy)
-        away = np.clip(np.hypot(x, y) / geometry.width * 2, 0, 1)
+        x, y, away = _off_axis(geometry)
         smeared = np.zeros_like(canvas)
         for k in range(count):
             size = 1 - reach * away * k / (count - 1)
@@ -268,9 +273,7 @@ def astigmatism(strength: float, rng: Rng) -> tuple[str, Stage]:
     reach, count = 0.12 * strength, 9
 
     def step(canvas: Array, geometry: Geometry) -> Array:
-        x, y = geometry.pixels()
-        x, y = np.broadcast_arrays(x - geometry.cx, y - geometry.cy)
-        away = np.clip(np.hypot(x, y) / geometry.width * 2, 0, 1)
+        x, y, away = _off_axis(geometry)
         smeared = np.zeros_like(canvas)
         for k in range(count):
             turn = reach * away * (2 * k / (count - 1) - 1)
