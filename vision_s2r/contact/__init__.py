@@ -3,7 +3,7 @@
 `simulate(machines, shape, first, samples, sample_time)` runs many machines from many starts in compiled code. A machine
 is a row of numbers, `pack(nominal, effects)`; an effect is a class in a file of `contact/effects`, with its formula.
 Beside the effects, `Terms` add forces that are free functions of height, place, speed or time, and a friction that
-depends on the direction of sliding.
+depends on place, time, the speed or the direction of sliding.
 """
 
 from vision_s2r.contact.effect import CONTACT_EFFECTS, ContactEffect

@@ -15,7 +15,7 @@ from vision_s2r.fit.contact.effect import CONTACT_FITS, ContactScales
 from vision_s2r.fit.contact.experiments import experiment
 from vision_s2r.fit.contact.fitter import ContactFitter, names_of
 from vision_s2r.fit.contact.gap import ContactGap
-from vision_s2r.fit.contact.optima import beside_forces, optima
+from vision_s2r.fit.contact.optima import beside_unknowns, optima
 from vision_s2r.fit.contact.predictor import plain
 from vision_s2r.fit.contact.stretches import stretches_of
 from vision_s2r.fit.contact.windows import SPAN, STRIDE, make_track, windows_of
@@ -212,7 +212,7 @@ class ContactCase:
         key = repr(hypothesis)
         if key not in self._elsewhere:
             ends = [self.intervals(each) for each in optima(self._fitter, hypothesis, self._nats)]
-            ends += [_points(each) for each in beside_forces(self._fitter, hypothesis, self._nats)]
+            ends += [_points(each) for each in beside_unknowns(self._fitter, hypothesis, self._nats)]
             self._elsewhere[key] = {
                 name: {p: _hull([own, *(end[name][p] for end in ends)]) for p, own in parameters.items()}
                 for name, parameters in self.intervals(hypothesis).items()

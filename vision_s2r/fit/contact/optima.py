@@ -1,8 +1,7 @@
-"""How far a value hangs on the optimum that a fit has ended in, and on a force that the simulator lacks.
+"""How far a value hangs on the optimum that a fit has ended in, and on a force or a friction that it lacks.
 
 Which corner hits first gives a likelihood of real tosses many optima, some as good as the one that a fit has ended in,
-and a force that nobody has modelled bends values. Other tosses have another best optimum, and more or less of the
-force. The interval of one fit knows of neither, and leaving tosses out in turn hardly moves it.
+and what nobody has modelled bends values. Other tosses have another best optimum, and more or less of that. The interval of one fit knows of neither, and leaving tosses out in turn hardly moves it.
 """
 
 from collections.abc import Callable
@@ -38,9 +37,9 @@ def optima(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood)
     return [each for each, its in zip(ends[1:], nats[1:], strict=True) if lower_bound(best - its, SURE, 0) <= 0]
 
 
-def beside_forces(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
-    """Fits of a hypothesis and one force more that it lacks, where they are likelier."""
+def beside_unknowns(fitter: ContactFitter, hypothesis: Hypothesis, loglik: LogLikelihood) -> list[Hypothesis]:
+    """Fits of a hypothesis and one unknown more that it lacks, where they are likelier."""
     names, every = names_of(hypothesis), range(fitter.count)
     without = loglik(hypothesis).sum()
-    fits = [fitter.fit(names | {force}, every, hypothesis) for force in sorted(MEANINGS.keys() - names)]
+    fits = [fitter.fit(names | {unknown}, every, hypothesis) for unknown in sorted(MEANINGS.keys() - names)]
     return [each for each in fits if loglik(each).sum() > without]
