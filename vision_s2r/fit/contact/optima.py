@@ -1,7 +1,8 @@
 """How far a value hangs on the optimum that a fit has ended in, and on a force or a friction that it lacks.
 
 Which corner hits first gives a likelihood of real tosses many optima, some as good as the one that a fit has ended in,
-and what nobody has modelled bends values. Other tosses have another best optimum, and more or less of that. The interval of one fit knows of neither, and leaving tosses out in turn hardly moves it.
+and what nobody has modelled bends values. Other tosses have another best optimum, and more or less of that. The
+interval of one fit knows of neither, and leaving tosses out in turn hardly moves it.
 """
 
 from collections.abc import Callable
