@@ -12,6 +12,9 @@ from torch import Tensor
 Curve = Literal["srgb", "linear", "power"]
 POWER, DARKEST = 2.2, 1e-4
 
+# Under coded values of a curve: above the dark, what lies over it grows by a factor where light does.
+PEDESTAL: dict[Curve, float] = {"srgb": 0.055, "power": 0.0, "linear": 0.0}
+
 _CODED_KNEE = 0.04045
 _LINEAR_KNEE = _CODED_KNEE / 12.92
 

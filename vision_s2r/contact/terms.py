@@ -172,9 +172,5 @@ def _field(heights: np.ndarray, first: int, east: Lanes, north: Lanes) -> Lanes:
 @compiled
 def _since(heights: np.ndarray, first: int, count: int, share: Lanes) -> Lanes:
     """What it is in any case, and piecewise-linear through 0 and the knots that follow."""
-    place = min(max(share * (count - 1), 0.0), count - 1.0)
-    value = heights[first] + min(place, 1.0) * heights[first + 1]
-    for k in range(1, count - 1):
-        step = heights[first + k + 1] - heights[first + k]
-        value += min(max(place - k, 0.0), 1.0) * step
-    return value
+    place = share * (count - 1)  # nothing is below 0
+    return min(place, 1.0) * heights[first] + _between(heights, first, 1, count, place)

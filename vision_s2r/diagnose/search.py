@@ -237,7 +237,7 @@ class Search:
     def _simplest(self, rivals: list[Assessment]) -> Assessment:
         """The likeliest, or one of fewer parameters unless the likelier is worth its others."""
         best = max(rivals, key=lambda assessment: assessment.score)
-        simpler = [each for each in rivals if self._parameters(each.names) < self._parameters(best.names)]
+        simpler = [each for each in rivals if self._parameters(each) < self._parameters(best)]
         enough = [each for each in simpler if not self._assessor.worth(best, each)]
         return max(enough, key=lambda assessment: assessment.score, default=best)
 
@@ -246,8 +246,8 @@ class Search:
         wanted = swaps(self._case, found, found.names - self._base, self._candidates)
         return self._assessor.rivals(wanted, found)
 
-    def _parameters(self, names: Names) -> int:
-        return sum(len(self._case.library[name].parameters) for name in names & frozenset(self._case.library))
+    def _parameters(self, found: Assessment) -> int:
+        return sum(len(self._case.library[name].parameters) for name in found.names & frozenset(self._case.library))
 
     def _shed(self, found: Assessment, doubtful: Names) -> Assessment:
         """Without those of the doubtful names that are not worth their name beside the others.

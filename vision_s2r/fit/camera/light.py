@@ -14,7 +14,7 @@ import torch
 from numba import njit
 from torch import Tensor
 
-from vision_s2r.camera.colour import Curve, to_linear
+from vision_s2r.camera.colour import PEDESTAL, Curve, to_linear
 from vision_s2r.fit.camera.student import FREEDOM
 
 UNSTEADY = "light that differs from frame to frame"
@@ -27,11 +27,6 @@ _BLOCK = 1024  # values of a frame that are added up at a time, so that they sta
 _POINTS = 20_000  # of a frame, that its light is fitted to, at most
 _DIFFERS = 0.03  # standard deviation of the frames' gains, from which light may be said to differ
 _LEFT = 0.8  # of what a simpler light leaves: one that is more the frames' own has to leave less than this
-_PEDESTAL = {
-    "srgb": 0.055,
-    "power": 0.0,
-    "linear": 0.0,
-}  # under coded values, with which they grow by a factor where light does
 _TRIFLE = 0.05  # of what exposures take away: fields that take no more make up for clipping and the dark's own curve
 _BLACK = 0.05  # of full scale: values below it say nothing of light, noise and a sensor's offset move them
 LEAST_FRAMES = 3  # that have a spread
@@ -87,7 +82,7 @@ class FrameLight:
         """
         height, width = mean.shape[-2:]
         waves, veil = _waves(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
-        mean, pedestal = mean.contiguous(), np.float32(0 if veil else _PEDESTAL[curve])
+        mean, pedestal = mean.contiguous(), np.float32(0 if veil else PEDESTAL[curve])
         whole = [each.expand_as(mean).flatten(2).contiguous().numpy() for each in (mean, real, weight)]
         stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
         of_few = waves.flatten(1).repeat(1, mean.shape[1])[:, ::stride].contiguous().numpy()
@@ -241,7 +236,7 @@ def _common(lit: Lit, residual: Tensor, mean: Tensor) -> Tensor:
 
 def stops(lit: Lit, encoding: Curve) -> np.ndarray:
     """The exposure [B] of each frame against the simulator's, EV: what its gain makes of a coded mid grey."""
-    pedestal = _PEDESTAL[encoding]
+    pedestal = PEDESTAL[encoding]
     grey = ((0.5 + pedestal) * (1 + lit.coefficients[:, 0]) - pedestal).clamp(min=0.01)
     light, before = (each if encoding == "linear" else to_linear(each) for each in (grey, torch.tensor(0.5)))
     return torch.log2(light / before).numpy()
