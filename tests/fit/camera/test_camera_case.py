@@ -110,6 +110,16 @@ def test_the_quality_of_jpeg_is_certain_and_exact() -> None:
     assert case.fit(frozenset({"jpeg_compression"}), EVERY, None).values["jpeg_compression"]["quality"] == 37
 
 
+@pytest.mark.parametrize(
+    ("name", "values"), [("shot_noise", {"full_well": 1300.0}), ("read_noise", {"sigma": 0.01})]
+)
+def test_noise_behind_jpeg_is_as_strong_as_it_was_before_it(name: str, values: dict[str, float]) -> None:
+    case = opened(recorded(jpeg_compression={"quality": 80.0}, **{name: values}))
+    quiet, noisy = (case.fit(frozenset({"jpeg_compression", *names}), EVERY, None) for names in ((), (name,)))
+    assert noisy.values[name] == pytest.approx(values, rel=0.15)
+    assert case.excess(noisy, EVERY).mean() < 1.1 < 1.2 < case.excess(quiet, EVERY).mean()
+
+
 def test_clean_pictures_have_no_lattice() -> None:
     assert jpeg_quality(recorded(gamma={"gamma": 1.4}).real) is None
 

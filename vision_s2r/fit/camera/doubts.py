@@ -78,7 +78,9 @@ class CameraDoubts:
         beside = at_stage(values, "scene") and stage in ("scene", "light", "tone")
         if beside and float(squared.mean().sqrt()) < self._least_beside_surfaces(hypothesis, few):
             return True
-        spread, other_spread = (predicted_noise(yardstick, each, mean).sqrt() for each in (variance, other_variance))
+        spread, other_spread = (
+            predicted_noise(yardstick, each, mean, few).sqrt() for each in (variance, other_variance)
+        )
         return self._unseen(squared + (spread - other_spread).square(), few)
 
     def _least_beside_surfaces(self, hypothesis: Hypothesis, few: list[int]) -> float:

@@ -58,6 +58,13 @@ class Tail:
         """Of the same values; None where there is no noise."""
         return _interpolated(self.table()[1], coded, self.curve) if self.noisy else None
 
+    def variance_about(self, mean: Tensor) -> Tensor | None:
+        """Of values of this mean [B, C, H, W]; None where there is no noise."""
+        if not self.noisy:
+            return None
+        found = [_ordered_at(*each, mean[:, c]) for c, each in enumerate(zip(*self.table(), strict=True))]
+        return torch.stack(found, 1)
+
     def table(self) -> tuple[Tensor, Tensor]:
         """Mean and variance [C, levels] of the values at equally spaced coded light, or roots of linear light."""
         return _table(self)
@@ -79,6 +86,14 @@ def _table(tail: Tail) -> tuple[Tensor, Tensor]:
         drawn = OF_CURVE[tail.curve][1](drawn)
     values = tail.process(drawn.expand(1, len(tail.gains), -1, -1))[0]
     return values.mean(-1), values.var(-1, correction=0)
+
+
+def _ordered_at(mean: Tensor, variance: Tensor, values: Tensor) -> Tensor:
+    """The variance at values, from both of a table [levels]: a saturated channel's mean stands still."""
+    mean = torch.cummax(mean, 0).values.contiguous()
+    above = torch.bucketize(values.contiguous(), mean).clamp(1, len(mean) - 1)
+    part = ((values - mean[above - 1]) / (mean[above] - mean[above - 1]).clamp(min=1e-9)).clamp(0, 1)
+    return variance[above - 1] + part * (variance[above] - variance[above - 1])
 
 
 def _interpolated(table: Tensor, coded: Tensor, curve: Curve) -> Tensor:

@@ -12,6 +12,7 @@ from torch import Tensor
 from vision_s2r.appearance import label_of
 from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.area import inside_of
+from vision_s2r.fit.camera.codec import behind
 from vision_s2r.fit.camera.effect import at_stage
 from vision_s2r.fit.camera.grain import OF_ROWS, TOLD, Varied, of_frame_before, per_share
 from vision_s2r.fit.camera.light import STEADY, stops
@@ -65,14 +66,15 @@ class CameraPredictor:
     def _predicted_frame(self, values: Values, segment: int, lit: bool) -> tuple[Tensor, Tensor, Tensor]:
         mean, variance = self.mean(values, [segment])
         yardstick, pictures = self._study.yardstick, self._study.pictures
-        noise = predicted_noise(yardstick, variance, mean)
+        noise = predicted_noise(yardstick, variance, mean, [segment])
         weight = yardstick.counted[[segment]] / (noise + yardstick.tolerance[[segment]])
         if lit:
             mean = pictures.light.on(mean, pictures.real[[segment]], weight, pictures.encoding).mean
         return mean, noise, weight
 
     def encoded(self, mean: Tensor, values: Values) -> Tensor:
-        return self._study.pictures.through_encoder(mean, values)
+        """The mean behind the encoder."""
+        return behind(self._study.pictures, mean, values, self._study.yardstick.noise.base)
 
     @torch.inference_mode()
     def residual(self, hypothesis: Hypothesis, segments: Segments, lit: bool) -> tuple[Tensor, Tensor, float]:

@@ -9,6 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
+from vision_s2r.fit.camera.codec import Scatter
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.grain import Varied, matched
 from vision_s2r.fit.camera.student import FREEDOM
@@ -36,6 +37,7 @@ class Yardstick:
     counted: Tensor
     temper: float
     allowance: float  # share of the variance that is for effects unlike their definitions
+    scatter: Scatter | None = None  # what an encoder makes of noise
     scale: float = 1.0  # size of the pictures that are compared against the recording's, whose pixels' noise they share
 
     @property
@@ -53,14 +55,17 @@ class FrameScore:
     error: float  # grey levels squared
 
 
-def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor) -> Tensor:
+def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor, segments: Sequence[int]) -> Tensor:
     """The variance [B, C, H, W] of noise that a hypothesis predicts; `variance` is that of its noise effects."""
     noise = yardstick.noise
+    before = torch.full_like(like, noise.base) if variance is None else variance + noise.base
+    if yardstick.scatter is not None:
+        return yardstick.scatter.at(before.sqrt(), segments).clamp(min=LEAST)
     if variance is None:
-        return torch.full_like(like, max(noise.quiet * yardstick.scale**2, LEAST))
+        return torch.full_like(like, max(float(noise.quiet((1,))[0]) * yardstick.scale**2, LEAST))
     levels = torch.linspace(0, 0.3, 301)  # a table of standard deviations: the encoder's share is one
     table = torch.from_numpy(noise.attenuation(levels.double().numpy() ** 2)).float()
-    position = ((variance + noise.base).sqrt() * 1000).clamp(max=299.99)
+    position = (before.sqrt() * 1000).clamp(max=299.99)
     low = position.long()
     found = table[low] + (position - low) * (table[low + 1] - table[low]) + noise.rounding
     return (found * yardstick.scale**2).clamp(min=LEAST)

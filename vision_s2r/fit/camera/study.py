@@ -10,7 +10,7 @@ from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.fit.camera import excitation, surfaces
 from vision_s2r.fit.camera.appearing import appearing, camera_only, mixed
 from vision_s2r.fit.camera.area import Area, area_of, inside_of
-from vision_s2r.fit.camera.codec import attenuation, codec_scatter
+from vision_s2r.fit.camera.codec import BEFORE, DRAWS, Scatter, attenuation, behind, scattered
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
 from vision_s2r.fit.camera.fitting import Target
@@ -49,6 +49,7 @@ _FRAMES, _MANY, _VALUES = 4, 16, 400_000  # that a fit looks at, at most: frames
 _ASKED = 16  # frames, at most, that an effect is doubted by
 _LARGE = 200  # px of the shorter side: pictures of more are worked on at less size
 _COARSE_NOISE = (0.3 / 255) ** 2  # variance that averaged pixels still have: no simulator is better
+_CODED_NOISE = (0.5 / 255) ** 2  # variance before an encoder, that no effect is named for
 _NOISE_WORTH = 0.02  # squared mismatch of noise, in units of it, that a noise effect must take away
 _DARK_SLOPE = 12.92  # of sRGB's coded values over the light, in the dark
 _CODES = 128  # values in use, from which their distance tells the step of a converter
@@ -143,7 +144,7 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
         segments = informative(pictures, frames_of_a_fit(pictures))
         begun = coarse(levels, [*names, *scene], {**fixed, **scene}, segments)
     reference = fit_reference(levels, begun, names, fixed, segments)
-    yardstick, _ = measure_noise(pictures, whole, reference, jpeg, step)
+    yardstick, bins = measure_noise(pictures, whole, reference, jpeg, step)
     target = Target(pictures, fitted_variance(pictures, yardstick.variance), yardstick.counted)
     reference = without_idle(target, reference, segments, fixed)
     sharper = sharp(reference, pictures.scale)
@@ -151,8 +152,11 @@ def _studied(recording: CameraRecording, library: Collection[str], whole: Pictur
     pictures = replace(pictures, encoding=likeliest_curve(pictures, sharper, segments))
     links = chain(replace(target, pictures=pictures), reference, segments, list(fixed))
     reference = min(links, key=lambda link: link[1])[0]
-    yardstick, bins = measure_noise(pictures, whole, reference, jpeg, step)
     noisy = [name for name in noise if name in library and name not in not_excited]
+    fitted: Values = {}
+    if jpeg and (noises := noise_names(yardstick.noise, bins, reference, noisy)):
+        fitted = yardstick.noise.fit(reference, noises, bins, range(count))  # of noisy pictures it makes another mean
+    yardstick, bins = measure_noise(pictures, whole, {**reference, **fitted}, jpeg, step)
     noises = noise_names(yardstick.noise, bins, links[-1][0], noisy)
     proved = photon_transfer(yardstick.noise, links[-1][0], noisy, bins)
     proposals = [names | frozenset(noises) for names in needed(links)]
@@ -256,16 +260,12 @@ def measure_noise(
     whole = replace(whole, kernel=pictures.kernel, encoding=pictures.encoding, light=pictures.light)
     large = pictures.scale < 1
     counted, mean, residual = _left(whole, reference)
-    scatter = torch.zeros_like(mean[:, :1])
-    if jpeg and not large:
-        scatter = codec_scatter(pictures, reference, float(jpeg[0]), residual, counted)
-    bins = measure(residual, mean, counted, jpeg is None, scatter, pictures.encoding)
+    made = list(scattered(pictures, reference, float(jpeg[0]), mean)) if jpeg and not large else []
+    bins = measure(residual, mean, counted, jpeg is None, pictures.encoding, [squares for squares, _ in made])
+    scatter = Scatter.of(variance for _, variance in made) if made else None
     rounding = 0.0 if jpeg else step**2 / 12
-    through = IDENTITY
-    if jpeg:
-        before, after = attenuation(float(jpeg[0]), pictures.sim.shape[1])
-        through = Attenuation(before.double().numpy(), after.double().numpy())
-    base = (0.5 / 255) ** 2 if jpeg else base_noise(bins, range(len(mean)), reference, step)
+    through = _encoder(float(jpeg[0]), bins) if jpeg else IDENTITY
+    base = _CODED_NOISE if jpeg else base_noise(bins, range(len(mean)), reference, step)
     black = 0.0
     if bins.independent:
         seen, light = (linear(each, pictures.encoding) for each in (whole.real, whole.sim))
@@ -273,20 +273,29 @@ def measure_noise(
     noise = NoiseModel(base, rounding, through, pictures.encoding, black)
     if large:
         counted, mean, residual = _left(pictures, reference)
-        scatter = torch.zeros_like(mean[:, :1])
-    measured = spread_map(bins, mean, noise.quiet)
+    measured = spread_map(bins, mean, noise, scatter)
     if large:
         measured = (measured * pictures.scale**2).clamp(min=_COARSE_NOISE)
     edge = _edge_error(residual, mean, measured, counted, reference)
-    tolerance = (edge * detail(mean)).square() + scatter
+    slight = torch.zeros_like(measured) if scatter is None else scatter.slight(residual, counted)
+    slight = (slight - measured).clamp(min=0).mean(1, keepdim=True)
+    tolerance = (edge * detail(mean)).square() + slight
+    if scatter is not None:
+        tolerance += measured.mean(1, keepdim=True) / DRAWS
     tolerance += torch.cat([mixed(pictures, reference, [k]) for k in range(len(mean))])
     allowed = _allowance(pictures, mean, reference)
     tolerance += allowed
     variance = measured + tolerance
-    floor = measured + scatter
+    floor = measured + slight
     tempered = temper(residual, variance, counted)
     share = float((allowed / variance).mean(1, keepdim=True)[counted].mean()) if counted.any() else 0.0
-    return Yardstick(noise, measured, floor, tolerance, counted, tempered, share, pictures.scale), bins
+    return Yardstick(noise, measured, floor, tolerance, counted, tempered, share, scatter, pictures.scale), bins
+
+
+def _encoder(quality: float, bins: NoiseBins) -> Attenuation:
+    """What JPEG leaves of noise: on these pictures, where they are not so large that it is not worked out for them."""
+    after = attenuation(quality, len(bins.values)).double().numpy() if bins.after is None else bins.after
+    return Attenuation(BEFORE.double().numpy(), after)
 
 
 def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
@@ -298,7 +307,7 @@ def _left(pictures: Pictures, reference: Values) -> tuple[torch.Tensor, torch.Te
         if pictures.light != STEADY:
             weight = counted[[k]] / rough_variance(pictures, [k])
             mean = pictures.light.on(mean, pictures.real[[k]], weight, pictures.encoding).mean
-        means.append(pictures.through_encoder(mean, reference))
+        means.append(behind(pictures, mean, reference, _CODED_NOISE))
     mean = torch.cat(means)
     return counted, mean, pictures.real - mean
 

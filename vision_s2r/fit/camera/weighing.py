@@ -10,7 +10,7 @@ from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
 from vision_s2r.camera.colour import Curve
-from vision_s2r.fit.camera.codec import within_blocks
+from vision_s2r.fit.camera.codec import Scatter, within_blocks
 from vision_s2r.fit.camera.flat_fields import flat_fields, is_white, noise_of
 from vision_s2r.fit.camera.independent import independent_squares
 from vision_s2r.fit.camera.noise import Tail
@@ -31,15 +31,34 @@ _IMMERKAER = torch.tensor([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]
 
 @dataclass(frozen=True)
 class Attenuation:
-    """What an encoder leaves of white noise: standard deviations before and after it; the same without one."""
+    """What an encoder leaves of white noise: standard deviations before it [L] and after it; the same without one.
+
+    After it [L], or of each channel and brightness of the pictures at hand [L, C, BINS].
+    """
 
     before: np.ndarray
     after: np.ndarray
 
     def __call__(self, variance: np.ndarray) -> np.ndarray:
+        """The variance after it; where it is known by brightness, of variances [C, BINS]."""
         spread = np.sqrt(variance)
-        inside = np.interp(spread, self.before, self.after)
-        return (inside + np.maximum(spread - self.before[-1], 0) * (self.after[-1] / self.before[-1])) ** 2
+        above = np.clip(np.searchsorted(self.before, spread), 1, len(self.before) - 1)
+        part = (spread - self.before[above - 1]) / (self.before[above] - self.before[above - 1])
+        low, high = (self._at(index) for index in (above - 1, above))
+        return np.asarray((low + part * (high - low)) ** 2)
+
+    def _at(self, index: np.ndarray) -> np.ndarray:
+        if self.after.ndim == 1:
+            return np.asarray(self.after[index])
+        return np.asarray(np.take_along_axis(self.after, index[None], 0)[0])
+
+    def before_it(self, variance: np.ndarray) -> np.ndarray:
+        """The variance [C, BINS] before it, from those after it; NaN where that is."""
+        spread = [
+            [np.interp(each, self.after[:, c, k], self.before) for k, each in enumerate(row)]
+            for c, row in enumerate(np.sqrt(variance))
+        ]
+        return np.array(spread) ** 2
 
 
 IDENTITY = Attenuation(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
@@ -55,6 +74,7 @@ class NoiseBins:
     encoding: Curve
     repeated: float  # samples that say as much as an independent one
     independent: bool  # whether it is that of flat fields, and each pixel's own
+    after: np.ndarray | None = None  # [L, C, BINS]: standard deviations that an encoder makes of those before it
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
@@ -79,11 +99,13 @@ def detail(mean: Tensor) -> Tensor:
     return F.max_pool2d(local, 3, 1, padding=1)
 
 
-def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known: Tensor, encoding: Curve) -> NoiseBins:
+def measure(
+    residual: Tensor, mean: Tensor, counted: Tensor, white: bool, encoding: Curve, scattered: Sequence[Tensor] = ()
+) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
-    `known` [N, 1, H, W]: variance that is no noise of the camera's, and not counted.
+    `scattered`: what an encoder makes of noise of several strengths, squares [N, C, H, W] of each.
     """
     count, channels = residual.shape[:2]
     fine = detail(mean)
@@ -97,7 +119,7 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     else:
         level = smoothed(mean)
         fine_part = _filtered(residual, flat, white)
-        squared = (independent_squares(fine_part, flat, level) if white else fine_part.square()) - known
+        squared = independent_squares(fine_part, flat, level) if white else fine_part.square()
     index = _place(level, encoding).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
     if white:
@@ -117,7 +139,17 @@ def measure(residual: Tensor, mean: Tensor, counted: Tensor, white: bool, known:
     values = torch.where(counts.sum(0) > 0, values / counts.sum(0).clamp(min=1), centres)
     repeated = _FILTERED if white and not plain else 1.0
     independent = plain and is_white(noise)
-    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated, independent)
+    after = None
+    if scattered:
+        each = [torch.bincount(at, of[chosen].double(), minlength=total).reshape(shape).sum(0) for of in scattered]
+        after = _spreads(torch.stack(each), counts.sum(0))
+    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated, independent, after)
+
+
+def _spreads(squares: Tensor, counts: Tensor) -> np.ndarray:
+    """Standard deviations [L, C, BINS], rising with L, of squares and counts; where nothing was seen, those of all."""
+    mean = torch.where(counts > 0, squares / counts.clamp(min=1), squares.sum((1, 2), keepdim=True) / counts.sum())
+    return np.asarray(torch.cummax(mean.sqrt(), 0).values.numpy())
 
 
 def _filtered(residual: Tensor, flat: Tensor, white: bool) -> Tensor:
@@ -153,10 +185,9 @@ class NoiseModel:
     encoding: Curve
     black: float = 0.0  # of full scale, under the light that shot noise is of
 
-    @property
-    def quiet(self) -> float:
-        """The variance that a camera without noise effects has."""
-        return max(float(self.attenuation(np.array([self.base]))[0]) + self.rounding, self._least)
+    def quiet(self, shape: tuple[int, ...]) -> np.ndarray:
+        """The variance that a camera without noise effects has, of this shape; of [C, BINS] where an encoder asks."""
+        return np.maximum(self.attenuation(np.full(shape, self.base)) + self.rounding, self._least)
 
     @property
     def _least(self) -> float:
@@ -167,7 +198,7 @@ class NoiseModel:
         """The variance [C, K] predicted at mean coded values `levels` [C, K]."""
         tail = replace(Tail.of(values, self.encoding, len(levels)), black=self.black)
         if not tail.noisy:
-            return np.full(levels.shape, self.quiet)
+            return self.quiet(levels.shape)
         mean, variance = (table.numpy() for table in tail.table())
         interpolated = np.stack(
             [np.interp(level, *_ordered(m, v)) for level, m, v in zip(levels, mean, variance, strict=True)]
@@ -306,15 +337,29 @@ def told_otherwise(
     return [fitted for cost, fitted in told if cost < best + _BETTER]
 
 
-def spread_map(bins: NoiseBins, pictures: Tensor, quiet: float) -> Tensor:
-    """The measured variance [N, C, H, W] at the brightness of each pixel of `pictures`, which are smooth enough."""
+def spread_map(bins: NoiseBins, pictures: Tensor, noise: NoiseModel, scatter: Scatter | None) -> Tensor:
+    """The measured variance [N, C, H, W] at the brightness of each pixel of `pictures`, which are smooth enough.
+
+    Behind an encoder it is what that makes there of the noise which is as strong as makes what was measured of it.
+    """
     variance, _ = bins.variance(range(len(bins.squares)))
-    filled = np.full(variance.shape, quiet)
+    if scatter is not None:
+        before = _at_brightness(
+            noise.attenuation.before_it(variance), np.full(variance.shape, noise.base), bins, pictures
+        )
+        return scatter.at(before.sqrt(), range(len(pictures))).clamp(min=LEAST)
+    return _at_brightness(variance, noise.quiet(variance.shape), bins, pictures)
+
+
+def _at_brightness(variance: np.ndarray, quiet: np.ndarray, bins: NoiseBins, pictures: Tensor) -> Tensor:
+    """What a table [C, BINS] has (NaN where nothing was seen) at the brightness of pixels [N, C, H, W]; not much less
+    than `quiet` [C, BINS]."""
+    filled = quiet.copy()
     for c, row in enumerate(variance):
         known = np.isfinite(row)
         if known.any():
             filled[c] = np.interp(np.arange(BINS), np.flatnonzero(known), row[known])
-    table = torch.from_numpy(np.maximum(filled, max(quiet * 0.3, LEAST))).float()
+    table = torch.from_numpy(np.maximum(filled, np.maximum(quiet * 0.3, LEAST))).float()
     position = _place(smoothed(pictures), bins.encoding) - 0.5
     low = position.floor().long().clamp(0, BINS - 2)
     part = (position - low).clamp(0, 1)
