@@ -387,6 +387,34 @@ def test_an_unknown_that_bears_out_some_of_the_effects_takes_the_place_of_the_ot
     assert names(diagnosed(recording(5, wave=1.0, other=unknown), known=True, beside=True)) == {"wave"}
 
 
+def test_stand_ins_that_only_miss_each_other_beside_an_unknown_have_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a fit in turn one of them alone may be worse than both, and than none."""
+    fit, pair = Curves.fit, {"wave", "step"}
+
+    def in_turn(self: Curves, names: Names, segments: Segments, start: Hypothesis | None) -> Hypothesis:
+        found = fit(self, names, segments, start)
+        if len(names & pair) == 1 and found.extra:
+            return Hypothesis(
+                {name: {"size": value["size"] + 0.5} for name, value in found.values.items()}, found.extra
+            )
+        return found
+
+    monkeypatch.setattr(Curves, "fit", in_turn)
+    smooth = DISCREPANCIES["anything smooth"].T
+    unknown = smooth @ np.linalg.lstsq(smooth, CURVES["wave"] + CURVES["step"], rcond=None)[0]
+    assert not names(diagnosed(recording(5, other=unknown), known=True, beside=True))
+
+
+def test_the_little_that_an_unknowns_knots_are_too_coarse_for_has_no_name_beside_it() -> None:
+    y = np.concatenate([recording(seed, step=0.1, other=np.cos(3 * np.pi * T)) for seed in range(20)])
+    it = Curves(y)
+    assessor = Assessor(it, SearchConfig(known=True, beside=True), jobs=1, seed=0)
+    unknown = assessor.one(frozenset(DISCREPANCIES))
+    gain = assessor.gain(assessor.one(unknown.names | {"step"}), unknown)
+    assert gain.nats > assessor.cfg.promising and gain.relief < assessor.cfg.relief
+    assert Search(it, assessor)._known_beside(unknown) is None
+
+
 def test_where_a_proposed_set_leaves_nothing_no_rivals_of_its_size_are_grown(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Curves, "proposals", lambda self: [frozenset({"wave"})])
     assessed = []

@@ -110,9 +110,7 @@ def test_the_quality_of_jpeg_is_certain_and_exact() -> None:
     assert case.fit(frozenset({"jpeg_compression"}), EVERY, None).values["jpeg_compression"]["quality"] == 37
 
 
-@pytest.mark.parametrize(
-    ("name", "values"), [("shot_noise", {"full_well": 1300.0}), ("read_noise", {"sigma": 0.01})]
-)
+@pytest.mark.parametrize(("name", "values"), [("shot_noise", {"full_well": 1300.0}), ("read_noise", {"sigma": 0.01})])
 def test_noise_behind_jpeg_is_as_strong_as_it_was_before_it(name: str, values: dict[str, float]) -> None:
     case = opened(recorded(jpeg_compression={"quality": 80.0}, **{name: values}))
     quiet, noisy = (case.fit(frozenset({"jpeg_compression", *names}), EVERY, None) for names in ((), (name,)))
