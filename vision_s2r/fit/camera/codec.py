@@ -1,7 +1,7 @@
 """What JPEG makes of noise, which depends on what it is noise on."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -35,13 +35,13 @@ def attenuation(quality: float, channels: int) -> Tensor:
 def scattered(pictures: Pictures, reference: Values, quality: float, mean: Tensor) -> Iterator[tuple[Tensor, Tensor]]:
     """Of each standard deviation before JPEG what it makes of such noise on a prediction.
 
-    Squares [N, C, H, W] about `mean`, which is predicted behind it, and about their own mean. A coefficient near the
-    middle between two levels falls on either side; busy blocks have more of these.
+    Squares [N, C, H, W] about `mean`, which is predicted behind it, and the variance of each block [N, C, h, w]. A
+    coefficient near the middle between two levels falls on either side; busy blocks have more of these.
     """
     clean = pictures.predict(without_encoder(reference), range(len(pictures.sim))).mean
     for level in BEFORE:
         each = torch.stack([encoded(_noisy(clean, level, draw), quality) for draw in _draws(clean, _FEW)])
-        yield (each - mean).square().mean(0), each.var(0)
+        yield (each - mean).square().mean(0), _block_means(each.var(0))
 
 
 def behind(pictures: Pictures, mean: Tensor, values: Values, base: float) -> Tensor:
@@ -85,12 +85,12 @@ class Scatter:
     after: Tensor
 
     @classmethod
-    def of(cls, variances: Iterable[Tensor]) -> "Scatter":
-        """From those behind JPEG [N, C, H, W] of noise of each standard deviation before it.
+    def of(cls, variances: Sequence[Tensor]) -> "Scatter":
+        """From those of blocks [N, C, h, w], for noise of each standard deviation before JPEG.
 
         A few draws may move no coefficient of a block where others would: some of it is as much as in all blocks.
         """
-        own = torch.stack([_block_means(each) for each in variances])
+        own = torch.stack(list(variances))
         shared = own.mean((-2, -1), keepdim=True)
         return cls(torch.cummax(((1 - _SHARED) * own + _SHARED * shared).sqrt(), 0).values)
 

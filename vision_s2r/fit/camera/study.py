@@ -10,7 +10,7 @@ from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.fit.camera import excitation, surfaces
 from vision_s2r.fit.camera.appearing import appearing, camera_only, mixed
 from vision_s2r.fit.camera.area import Area, area_of, inside_of
-from vision_s2r.fit.camera.codec import BEFORE, DRAWS, Scatter, attenuation, behind, scattered
+from vision_s2r.fit.camera.codec import BEFORE, DRAWS, attenuation, behind, scattered
 from vision_s2r.fit.camera.effect import CAMERA_FITS, NEEDS, of_stage
 from vision_s2r.fit.camera.elimination import chain, needed, without_idle
 from vision_s2r.fit.camera.fitting import Target
@@ -260,9 +260,8 @@ def measure_noise(
     whole = replace(whole, kernel=pictures.kernel, encoding=pictures.encoding, light=pictures.light)
     large = pictures.scale < 1
     counted, mean, residual = _left(whole, reference)
-    made = list(scattered(pictures, reference, float(jpeg[0]), mean)) if jpeg and not large else []
-    bins = measure(residual, mean, counted, jpeg is None, pictures.encoding, [squares for squares, _ in made])
-    scatter = Scatter.of(variance for _, variance in made) if made else None
+    made = scattered(pictures, reference, float(jpeg[0]), mean) if jpeg and not large else ()
+    bins = measure(residual, mean, counted, jpeg is None, pictures.encoding, made)
     rounding = 0.0 if jpeg else step**2 / 12
     through = _encoder(float(jpeg[0]), bins) if jpeg else IDENTITY
     base = _CODED_NOISE if jpeg else base_noise(bins, range(len(mean)), reference, step)
@@ -273,23 +272,23 @@ def measure_noise(
     noise = NoiseModel(base, rounding, through, pictures.encoding, black)
     if large:
         counted, mean, residual = _left(pictures, reference)
-    measured = spread_map(bins, mean, noise, scatter)
+    measured = spread_map(bins, mean, noise)
     if large:
         measured = (measured * pictures.scale**2).clamp(min=_COARSE_NOISE)
     edge = _edge_error(residual, mean, measured, counted, reference)
-    slight = torch.zeros_like(measured) if scatter is None else scatter.slight(residual, counted)
-    slight = (slight - measured).clamp(min=0).mean(1, keepdim=True)
-    tolerance = (edge * detail(mean)).square() + slight
-    if scatter is not None:
-        tolerance += measured.mean(1, keepdim=True) / DRAWS
+    tolerance = (edge * detail(mean)).square()
+    floor = measured
+    if bins.scatter is not None:
+        slight = (bins.scatter.slight(residual, counted) - measured).clamp(min=0).mean(1, keepdim=True)
+        floor = measured + slight
+        tolerance += slight + measured.mean(1, keepdim=True) / DRAWS  # a mean of so many is that unsure
     tolerance += torch.cat([mixed(pictures, reference, [k]) for k in range(len(mean))])
     allowed = _allowance(pictures, mean, reference)
     tolerance += allowed
     variance = measured + tolerance
-    floor = measured + slight
     tempered = temper(residual, variance, counted)
     share = float((allowed / variance).mean(1, keepdim=True)[counted].mean()) if counted.any() else 0.0
-    return Yardstick(noise, measured, floor, tolerance, counted, tempered, share, scatter, pictures.scale), bins
+    return Yardstick(noise, measured, floor, tolerance, counted, tempered, share, bins.scatter, pictures.scale), bins
 
 
 def _encoder(quality: float, bins: NoiseBins) -> Attenuation:

@@ -1,6 +1,6 @@
 """The noise of a recording: how much of it there is at each brightness, and what the simulator cannot do better."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -75,6 +75,7 @@ class NoiseBins:
     repeated: float  # samples that say as much as an independent one
     independent: bool  # whether it is that of flat fields, and each pixel's own
     after: np.ndarray | None = None  # [L, C, BINS]: standard deviations that an encoder makes of those before it
+    scatter: Scatter | None = None  # … in each of its blocks
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
@@ -100,12 +101,17 @@ def detail(mean: Tensor) -> Tensor:
 
 
 def measure(
-    residual: Tensor, mean: Tensor, counted: Tensor, white: bool, encoding: Curve, scattered: Sequence[Tensor] = ()
+    residual: Tensor,
+    mean: Tensor,
+    counted: Tensor,
+    white: bool,
+    encoding: Curve,
+    scattered: Iterable[tuple[Tensor, Tensor]] = (),
 ) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
-    `scattered`: what an encoder makes of noise of several strengths, squares [N, C, H, W] of each.
+    `scattered`: what an encoder makes of noise of several strengths, see there.
     """
     count, channels = residual.shape[:2]
     fine = detail(mean)
@@ -139,11 +145,15 @@ def measure(
     values = torch.where(counts.sum(0) > 0, values / counts.sum(0).clamp(min=1), centres)
     repeated = _FILTERED if white and not plain else 1.0
     independent = plain and is_white(noise)
-    after = None
-    if scattered:
-        each = [torch.bincount(at, of[chosen].double(), minlength=total).reshape(shape).sum(0) for of in scattered]
-        after = _spreads(torch.stack(each), counts.sum(0))
-    return NoiseBins(squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated, independent, after)
+    found = squares.numpy(), counts.numpy(), values.numpy(), encoding, repeated, independent
+    made = [
+        (torch.bincount(at, of[chosen].double(), minlength=total).reshape(shape).sum(0), blocks)
+        for of, blocks in scattered
+    ]
+    if not made:
+        return NoiseBins(*found)
+    after = _spreads(torch.stack([of for of, _ in made]), counts.sum(0))
+    return NoiseBins(*found, after, Scatter.of([blocks for _, blocks in made]))
 
 
 def _spreads(squares: Tensor, counts: Tensor) -> np.ndarray:
@@ -337,23 +347,24 @@ def told_otherwise(
     return [fitted for cost, fitted in told if cost < best + _BETTER]
 
 
-def spread_map(bins: NoiseBins, pictures: Tensor, noise: NoiseModel, scatter: Scatter | None) -> Tensor:
+def spread_map(bins: NoiseBins, pictures: Tensor, noise: NoiseModel) -> Tensor:
     """The measured variance [N, C, H, W] at the brightness of each pixel of `pictures`, which are smooth enough.
 
     Behind an encoder it is what that makes there of the noise which is as strong as makes what was measured of it.
     """
     variance, _ = bins.variance(range(len(bins.squares)))
-    if scatter is not None:
-        before = _at_brightness(
-            noise.attenuation.before_it(variance), np.full(variance.shape, noise.base), bins, pictures
-        )
-        return scatter.at(before.sqrt(), range(len(pictures))).clamp(min=LEAST)
+    if bins.scatter is not None:
+        strong = noise.attenuation.before_it(variance)
+        before = _at_brightness(strong, np.full(strong.shape, noise.base), bins, pictures)
+        return bins.scatter.at(before.sqrt(), range(len(pictures))).clamp(min=LEAST)
     return _at_brightness(variance, noise.quiet(variance.shape), bins, pictures)
 
 
 def _at_brightness(variance: np.ndarray, quiet: np.ndarray, bins: NoiseBins, pictures: Tensor) -> Tensor:
-    """What a table [C, BINS] has (NaN where nothing was seen) at the brightness of pixels [N, C, H, W]; not much less
-    than `quiet` [C, BINS]."""
+    """What a table [C, BINS] has at the brightness of pixels [N, C, H, W]: NaN where nothing was seen.
+
+    It is not much less than `quiet` [C, BINS].
+    """
     filled = quiet.copy()
     for c, row in enumerate(variance):
         known = np.isfinite(row)
