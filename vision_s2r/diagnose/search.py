@@ -293,7 +293,7 @@ class Search:
             return rival
         both = self._shed(self._assessor.one(named.names | rival.names, named.hypothesis), self._effects)
         # Stand-ins may miss each other's work where all of them together do none that the unknown leaves.
-        return both if self._assessor.worth(both, rival) else rival
+        return both if self._assessor.worth(both, rival) and self._more_than_knots(both, rival) else rival
 
     def _rival(self, base: Assessment) -> tuple[Assessment, Assessment]:
         """The likeliest unknown, with the effects that show beside it where nothing is left then, and with them."""
@@ -325,12 +325,14 @@ class Search:
         worth = self._assessor.worth(more, found) or self._assessor.most(more, found)
         if not (added and worth) or any(self._case.suspicious(more.hypothesis, name) for name in added):
             return None
-        gain = self._assessor.gain(more, found)
-        if not self._assessor.adequate(found):
-            return more if gain.nats > 0 else None
-        # Where an unknown leaves nothing, a little is gained by whatever its knots are too coarse for.
-        relevant = gain.relief > self._cfg.relief or not self._cfg.beside
-        return more if relevant and gain.nats > self._cfg.promising else None
+        return more if self._more_than_knots(more, found) else None
+
+    def _more_than_knots(self, more: Assessment, less: Assessment) -> bool:
+        """Whether names do more than what an unknown's knots are too coarse for, of which little is left everywhere."""
+        gain = self._assessor.gain(more, less)
+        if not self._assessor.adequate(less):
+            return gain.nats > 0
+        return gain.nats > self._cfg.promising and (gain.relief > self._cfg.relief or not self._cfg.beside)
 
     def _strong(self, named: Assessment, rival: Assessment, base: Assessment) -> bool:
         """Whether effects that leave something do most of an unknown's work, and much work, and so keep their names.
