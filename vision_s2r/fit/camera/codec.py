@@ -40,8 +40,12 @@ def scattered(pictures: Pictures, reference: Values, quality: float, mean: Tenso
     """
     clean = pictures.predict(without_encoder(reference), range(len(pictures.sim))).mean
     for level in BEFORE:
-        each = torch.stack([encoded(_noisy(clean, level, draw), quality) for draw in _draws(clean, _FEW)])
-        yield (each - mean).square().mean(0), _block_means(each.var(0))
+        total, squares = torch.zeros_like(mean), torch.zeros_like(mean)
+        for draw in _draws(clean, _FEW):
+            away = encoded(_noisy(clean, level, draw), quality) - mean
+            total += away
+            squares += away.square_()
+        yield squares / _FEW, _block_means((squares - total.square_() / _FEW).clamp(min=0)) / (_FEW - 1)
 
 
 def behind(pictures: Pictures, mean: Tensor, values: Values, base: float) -> Tensor:
