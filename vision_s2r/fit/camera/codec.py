@@ -83,13 +83,13 @@ def _drawn(count: int, shape: tuple[int, ...]) -> Tensor:
 
 
 @dataclass(frozen=True)
-class Scatter:
+class CodecScatter:
     """The standard deviation [levels, N, C, h, w] that JPEG makes, in each of its blocks, of those before it."""
 
     after: Tensor
 
     @classmethod
-    def of(cls, variances: Sequence[Tensor]) -> "Scatter":
+    def of(cls, variances: Sequence[Tensor]) -> "CodecScatter":
         """From those of blocks [N, C, h, w], for noise of each standard deviation before JPEG.
 
         A few draws may move no coefficient of a block where others would: some of it is as much as in all blocks.

@@ -9,7 +9,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.fit.camera.codec import Scatter
+from vision_s2r.fit.camera.codec import CodecScatter
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.grain import Varied, matched
 from vision_s2r.fit.camera.student import FREEDOM
@@ -37,7 +37,7 @@ class Yardstick:
     counted: Tensor
     temper: float
     allowance: float  # share of the variance that is for effects unlike their definitions
-    scatter: Scatter | None = None  # what an encoder makes of noise
+    scatter: CodecScatter | None = None  # what an encoder makes of noise
     scale: float = 1.0  # size of the pictures that are compared against the recording's, whose pixels' noise they share
 
     @property

@@ -10,7 +10,7 @@ from scipy.optimize import least_squares, minimize_scalar
 from torch import Tensor
 
 from vision_s2r.camera.colour import Curve
-from vision_s2r.fit.camera.codec import Scatter, within_blocks
+from vision_s2r.fit.camera.codec import CodecScatter, within_blocks
 from vision_s2r.fit.camera.flat_fields import flat_fields, is_white, noise_of
 from vision_s2r.fit.camera.independent import independent_squares
 from vision_s2r.fit.camera.noise import Tail
@@ -75,7 +75,7 @@ class NoiseBins:
     repeated: float  # samples that say as much as an independent one
     independent: bool  # whether it is that of flat fields, and each pixel's own
     after: np.ndarray | None = None  # [L, C, BINS]: standard deviations that an encoder makes of those before it
-    scatter: Scatter | None = None  # … in each of its blocks
+    scatter: CodecScatter | None = None  # … in each of its blocks
 
     def variance(self, segments: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Variance [C, BINS] (NaN where nothing was seen) and number of samples [C, BINS]."""
@@ -153,7 +153,7 @@ def measure(
     if not made:
         return NoiseBins(*found)
     after = _spreads(torch.stack([of for of, _ in made]), counts.sum(0))
-    return NoiseBins(*found, after, Scatter.of([blocks for _, blocks in made]))
+    return NoiseBins(*found, after, CodecScatter.of([blocks for _, blocks in made]))
 
 
 def _spreads(squares: Tensor, counts: Tensor) -> np.ndarray:
