@@ -26,6 +26,8 @@ from vision_s2r.fit.case import Experiment, Hypothesis, Intervals, Names, Sample
 from vision_s2r.recording import CameraRecording
 from vision_s2r.threads import one_thread
 
+_NOISY = 0.05  # of what there is over the floor, that a noise has to be
+
 
 class CameraCase:
     """Pairs of pictures beside the camera's effects.
@@ -180,8 +182,12 @@ class CameraCase:
         return False
 
     def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
-        """No: a camera has it in all its pictures."""
-        return False
+        """Whether it is a noise that is hardly any of what is left: what predictions miss may look noisy, too."""
+        if CAMERA_FITS[unqualified(name)].stage != "noise":
+            return False
+        every = range(self.segments)
+        left, without = (float(self.excess(each, every).mean()) for each in (hypothesis, hypothesis.without(name)))
+        return without - left < _NOISY * (without - 1)
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
