@@ -182,8 +182,11 @@ class CameraCase:
         return False
 
     def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
-        """Whether it is a noise that is hardly any of what is left: what predictions miss may look noisy, too."""
-        if CAMERA_FITS[unqualified(name)].stage != "noise":
+        """Whether it is a noise that is hardly any of what is left: what predictions miss may look noisy, too.
+
+        Not where flat fields prove it by themselves.
+        """
+        if CAMERA_FITS[unqualified(name)].stage != "noise" or name in self.measured:
             return False
         every = range(self.segments)
         left, without = (float(self.excess(each, every).mean()) for each in (hypothesis, hypothesis.without(name)))
