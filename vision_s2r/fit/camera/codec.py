@@ -53,11 +53,12 @@ def behind(pictures: Pictures, mean: Tensor, values: Values, base: float) -> Ten
 
     `base`: the variance that no effect is named for. What it makes of the mean itself has steps where this has none.
     """
-    if "jpeg_compression" not in values or pictures.scale < 1:
-        return pictures.through_encoder(mean, values)
-    noise = Tail.of(values, pictures.encoding, mean.shape[1]).variance_about(mean)
-    spread = (torch.full_like(mean, base) if noise is None else noise + base).sqrt()
-    total = torch.zeros_like(mean)
+    if not pictures.encodes(values):
+        return mean
+    tail, variance = Tail.of(values, pictures.encoding, mean.shape[1]), torch.full_like(mean, base)
+    if tail.noisy:
+        variance += torch.from_numpy(tail.variance_about(mean.transpose(0, 1).numpy())).transpose(0, 1)
+    spread, total = variance.sqrt(), torch.zeros_like(mean)
     for draw in _draws(mean, DRAWS):
         total += pictures.through_encoder(_noisy(mean, spread, draw), values)
     return total / DRAWS

@@ -58,12 +58,10 @@ class Tail:
         """Of the same values; None where there is no noise."""
         return _interpolated(self.table()[1], coded, self.curve) if self.noisy else None
 
-    def variance_about(self, mean: Tensor) -> Tensor | None:
-        """Of values of this mean [B, C, H, W]; None where there is no noise."""
-        if not self.noisy:
-            return None
-        found = [_ordered_at(*each, mean[:, c]) for c, each in enumerate(zip(*self.table(), strict=True))]
-        return torch.stack(found, 1)
+    def variance_about(self, mean: np.ndarray) -> np.ndarray:
+        """Of values of this mean [C, …]."""
+        tables = zip(*(table.numpy() for table in self.table()), strict=True)
+        return np.stack([np.interp(each, *_ordered(*of)) for each, of in zip(mean, tables, strict=True)])
 
     def table(self) -> tuple[Tensor, Tensor]:
         """Mean and variance [C, levels] of the values at equally spaced coded light, or roots of linear light."""
@@ -88,12 +86,10 @@ def _table(tail: Tail) -> tuple[Tensor, Tensor]:
     return values.mean(-1), values.var(-1, correction=0)
 
 
-def _ordered_at(mean: Tensor, variance: Tensor, values: Tensor) -> Tensor:
-    """The variance at values, from both of a table [levels]: a saturated channel's mean stands still."""
-    mean = torch.cummax(mean, 0).values.contiguous()
-    above = torch.bucketize(values.contiguous(), mean).clamp(1, len(mean) - 1)
-    part = ((values - mean[above - 1]) / (mean[above] - mean[above - 1]).clamp(min=1e-9)).clamp(0, 1)
-    return variance[above - 1] + part * (variance[above] - variance[above - 1])
+def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both by increasing mean: a saturated channel's mean stands still."""
+    order = np.argsort(mean, kind="stable")
+    return mean[order], variance[order]
 
 
 def _interpolated(table: Tensor, coded: Tensor, curve: Curve) -> Tensor:

@@ -143,9 +143,11 @@ class Pictures:
 
     def through_encoder(self, mean: Tensor, values: Values) -> Tensor:
         """Behind the encoder, where there is one among `values` and these are whole pictures."""
-        if "jpeg_compression" in values and self.scale == 1.0:
-            return encoded(mean, values["jpeg_compression"]["quality"])
-        return mean
+        return encoded(mean, values["jpeg_compression"]["quality"]) if self.encodes(values) else mean
+
+    def encodes(self, values: Values) -> bool:
+        """Whether there is an encoder among `values`, and these are whole pictures."""
+        return "jpeg_compression" in values and self.scale == 1.0
 
     @torch.no_grad()
     def front(

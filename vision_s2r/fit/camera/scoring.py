@@ -58,11 +58,11 @@ class FrameScore:
 def predicted_noise(yardstick: Yardstick, variance: Tensor | None, like: Tensor, segments: Sequence[int]) -> Tensor:
     """The variance [B, C, H, W] of noise that a hypothesis predicts; `variance` is that of its noise effects."""
     noise = yardstick.noise
+    if variance is None and yardstick.scatter is None:
+        return torch.full_like(like, max(float(noise.quiet((1,))[0]) * yardstick.scale**2, LEAST))
     before = torch.full_like(like, noise.base) if variance is None else variance + noise.base
     if yardstick.scatter is not None:
         return yardstick.scatter.at(before.sqrt(), segments).clamp(min=LEAST)
-    if variance is None:
-        return torch.full_like(like, max(float(noise.quiet((1,))[0]) * yardstick.scale**2, LEAST))
     levels = torch.linspace(0, 0.3, 301)  # a table of standard deviations: the encoder's share is one
     table = torch.from_numpy(noise.attenuation(levels.double().numpy() ** 2)).float()
     position = (before.sqrt() * 1000).clamp(max=299.99)

@@ -111,7 +111,7 @@ def measure(
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
-    `scattered`: what an encoder makes of noise of several strengths, see there.
+    `scattered`: what an encoder makes of noise of several strengths, as `codec.scattered` says it.
     """
     count, channels = residual.shape[:2]
     fine = detail(mean)
@@ -209,11 +209,7 @@ class NoiseModel:
         tail = replace(Tail.of(values, self.encoding, len(levels)), black=self.black)
         if not tail.noisy:
             return self.quiet(levels.shape)
-        mean, variance = (table.numpy() for table in tail.table())
-        interpolated = np.stack(
-            [np.interp(level, *_ordered(m, v)) for level, m, v in zip(levels, mean, variance, strict=True)]
-        )
-        return np.maximum(self.attenuation(interpolated + self.base) + self.rounding, self._least)
+        return np.maximum(self.attenuation(tail.variance_about(levels) + self.base) + self.rounding, self._least)
 
     def fit(
         self, values: Values, names: Sequence[str], bins: NoiseBins, segments: Sequence[int]
@@ -259,12 +255,6 @@ _CHARTS = {
         (np.log(3e-3), np.log(0.03), np.log(0.12)),
     ),
 }
-
-
-def _ordered(mean: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both by increasing mean: a saturated channel's mean stands still."""
-    order = np.argsort(mean, kind="stable")
-    return mean[order], variance[order]
 
 
 def _enough(variance: np.ndarray, counts: np.ndarray) -> np.ndarray:
