@@ -27,6 +27,12 @@ def test_short_steps_carry_their_slopes_on_to_the_same_optimum(monkeypatch: pyte
     assert one["vignetting"]["strength"] == pytest.approx(other["vignetting"]["strength"], abs=1e-3)
 
 
+def test_a_fit_leaves_an_upper_bound() -> None:
+    case = opened(recorded(vignetting={"strength": 0.8}))
+    found, _ = gauss_newton(case._fitter.target, {"vignetting": {"strength": 1.0}}, ["vignetting"], [0, 1], 8)
+    assert found["vignetting"]["strength"] == pytest.approx(0.8, abs=0.01)
+
+
 def test_lenses_that_bend_alike_do_not_differ() -> None:
     curvature = np.array([[1.0, 0.999], [0.999, 1.0]])  # of k1 and k2, which hardly differ in what they do
     groups = np.array([[0.4, -0.4], [-0.4, 0.4], [0.3, -0.3], [-0.3, 0.3]])

@@ -89,12 +89,24 @@ def columns(
     point = pack(plain, names)
     steps = np.array([step for name in names for step in chart(name).steps(target.pictures.optics)])
     slopes = []
-    for k, step in enumerate(steps):
-        moved = point.copy()
-        moved[k] += step
-        slopes.append(pictures.predict(plain | unpack(moved, names), segments, stages).mean - base)
+    for k in range(len(steps)):
+        moved, way = _within_bounds(point, k, steps[k], names)
+        slopes.append((pictures.predict({**plain, **moved}, segments, stages).mean - base) * way)
     stacked = torch.stack(slopes) if slopes else base.new_zeros((0, *base.shape))
     return stacked if lit is None or not slopes else lit.beside(stacked), steps
+
+
+def _within_bounds(
+    point: np.ndarray, k: int, step: float, names: Sequence[str]
+) -> tuple[dict[str, dict[str, float]], int]:
+    """Values a step ahead along a coordinate, or back where an upper bound is in the way; and which, 1 or -1."""
+    moved = point.copy()
+    moved[k] += step
+    values = unpack(moved, names)
+    if abs(pack(values, names)[k] - point[k]) > step / 2:
+        return values, 1
+    moved[k] = point[k] - step
+    return unpack(moved, names), -1
 
 
 def normal(target: Target, slopes: Tensor, residual: Tensor, segments: Sequence[int]) -> Normal:
