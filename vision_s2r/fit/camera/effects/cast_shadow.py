@@ -30,6 +30,7 @@ CAMERA_FITS.register(
         starts=starts,
         along=("region",),
         needs=("light",),
+        confusable=frozenset({"exposure"}),  # of a shadow over all of the picture
         unpaired="without pairs a soft shadow cannot be told from a scene's own light",
     ),
 )
