@@ -160,11 +160,11 @@ def test_corners_out_of_focus_are_no_lens_and_a_lens_beside_them_is_one() -> Non
         assert case.contradicted(case.fit(lens, range(MANY), None), *lens) is false
 
 
-def denoised(pictures: torch.Tensor) -> torch.Tensor:
-    """Half of each pixel is the median around it: straight edges stay as they are, textures do not."""
+def denoised(pictures: torch.Tensor, share: float = 0.5) -> torch.Tensor:
+    """A share of each pixel is the median around it: straight edges stay as they are, textures do not."""
     of_eight_bits = pictures.mul(255).round().byte().permute(0, 2, 3, 1).numpy()
     medians = torch.from_numpy(np.stack([cv2.medianBlur(each, 5) for each in of_eight_bits]))
-    return torch.lerp(pictures, medians.permute(0, 3, 1, 2) / 255, 0.5)
+    return torch.lerp(pictures, medians.permute(0, 3, 1, 2) / 255, share)
 
 
 def test_what_takes_out_noise_is_no_defocus_and_a_defocus_beside_it_is_one() -> None:

@@ -3,17 +3,18 @@
 A camera that differs by something unknown would otherwise be told as whatever effects come near it.
 """
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.fit.camera.smoothing import smoothed
-from vision_s2r.fit.camera.student import forgiving
+from vision_s2r.fit.camera import blurs, displacing
+from vision_s2r.fit.camera.ghost import Ghost, find_ghost
+from vision_s2r.fit.camera.smoothing import cosines, smoothed
+from vision_s2r.fit.camera.student import LeastSquares, forgiving, left_by
 
 DISCREPANCIES: dict[str, str] = {
     "tone_curve": "a smooth change of coded values",
@@ -22,6 +23,7 @@ DISCREPANCIES: dict[str, str] = {
     "added_light": "light added smoothly over the picture",
     "displacement": "a smooth displacement of the picture",
     "kernel": "a blur or sharpening of some other kernel",
+    "kernel_field": "a blur or sharpening that grows from somewhere in the picture",
     "ghost": "a second copy of the picture, shifted or upside down",
     "glare": "light scattered far over the picture",
     "row_pattern": "rows and columns with offsets and gains of their own",
@@ -50,45 +52,14 @@ _RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset 
 _FLAT = 1e-5  # likewise: a row of one brightness
 _SURELY = 3.0  # standard errors of a mean over frames, from which it is no frame's own
 _BRIGHT = 0.7  # coded, from which a picture may be scattered by itself
-_FIELDS = {"gain_field": 5, "added_light": 5, "displacement": 4}  # smooth ones, and their cosines along each axis
+_FIELDS = frozenset({"gain_field", "added_light"})
+_COSINES = 5  # of these, along each axis
+_KERNELS = frozenset({"kernel", "kernel_field"})
 
 
 def available(grey: bool) -> dict[str, str]:
     """The discrepancies that mean something for colour or grey pictures, with what they are."""
     return {name: meaning for name, meaning in DISCREPANCIES.items() if not (grey and name in _COLOUR)}
-
-
-@dataclass(frozen=True)
-class Ghost:
-    """Where the second copy lies, px, beside its strength; turned by half a turn, as between lenses, or not."""
-
-    dx: int
-    dy: int
-    turned: bool = False
-
-    def of(self, mean: Tensor) -> Tensor:
-        return shifted(mean.flip(-2, -1) if self.turned else mean, self.dx, self.dy)
-
-
-@lru_cache(maxsize=4)
-def cosines(height: int, width: int, count: int) -> Tensor:
-    """Products of cosines [count², H, W], the smoothest first along each axis."""
-
-    def axis(size: int) -> Tensor:
-        position = (torch.arange(size) + 0.5) / size
-        return torch.cos(torch.pi * torch.arange(count)[:, None] * position)
-
-    return (axis(height)[:, None, :, None] * axis(width)[None, :, None, :]).reshape(count * count, height, width)
-
-
-def shifted(pictures: Tensor, dx: int, dy: int) -> Tensor:
-    """Pictures moved right by dx and down by dy; edges repeat."""
-    pad = max(abs(dx), abs(dy))
-    if not pad:
-        return pictures
-    height, width = pictures.shape[-2:]
-    padded = F.pad(pictures, (pad,) * 4, mode="replicate")
-    return padded[..., pad - dy : pad - dy + height, pad - dx : pad - dx + width]
 
 
 def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tensor]:
@@ -104,15 +75,6 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
             yield only.expand(1, channels, height, width)
             for source in range(channels):
                 yield only * mean[:, source : source + 1]
-    elif name in _FIELDS:
-        for wave in cosines(height, width, _FIELDS[name]):
-            for carrier in _carriers(name, mean):
-                yield carrier * wave
-    elif name == "kernel":
-        for dy in range(-2, 3):
-            for dx in range(-2, 3):
-                if (dx, dy) != (0, 0):
-                    yield shifted(mean, dx, dy) - mean
     elif name == "glare":
         for reach in _SCATTERED:
             yield _scattered(mean, reach) - mean
@@ -133,43 +95,6 @@ def _scattered(light: Tensor, reach: int) -> Tensor:
     return F.interpolate(coarse, (height, width), mode="bilinear")
 
 
-def _carriers(name: str, mean: Tensor) -> list[Tensor]:
-    """What a smooth field multiplies to be added to a mean [B, C, H, W]; fields are of each its own."""
-    if name == "gain_field":
-        return [mean]
-    if name == "added_light":
-        return [torch.ones(1, *mean.shape[1:])]
-    return [(shifted(mean, -1, 0) - shifted(mean, 1, 0)) / 2, (shifted(mean, 0, -1) - shifted(mean, 0, 1)) / 2]
-
-
-def find_ghost(residual: Tensor, mean: Tensor, counted: Tensor) -> Ghost:
-    """Where, up to a quarter of the width away, the residual looks most like the picture, as it is or turned.
-
-    As it is, two px away at least.
-    """
-    height, width = mean.shape[-2:]
-    reach = width // 4
-
-    def spectrum(pictures: Tensor) -> Tensor:
-        grey = (pictures * counted).mean(1)
-        fine = grey - F.avg_pool2d(grey[:, None], 9, 1, padding=4)[:, 0]
-        return torch.fft.rfft2(fine, s=(2 * height, 2 * width))
-
-    of_residual = spectrum(residual)
-
-    def likeness(picture: Tensor) -> Tensor:
-        of_picture = spectrum(picture)
-        power = of_picture.abs().square().sum(0)
-        alike = (of_residual * of_picture.conj()).sum(0) / (power + power.mean())
-        shifts = torch.roll(torch.fft.irfft2(alike, s=(2 * height, 2 * width)), (reach, reach), (0, 1))
-        return shifts[: 2 * reach + 1, : 2 * reach + 1].abs()
-
-    found = torch.stack([likeness(mean), likeness(mean.flip(-2, -1))])
-    found[0, reach - 1 : reach + 2, reach - 1 : reach + 2] = 0
-    turned, row, column = (int(each) for each in torch.unravel_index(found.argmax(), found.shape))
-    return Ghost(column - reach, row - reach, bool(turned))
-
-
 @dataclass(frozen=True)
 class FittedDiscrepancy:
     """A discrepancy's coefficients, or the picture [C, H, W] that it adds, or its share of outliers.
@@ -184,8 +109,13 @@ class FittedDiscrepancy:
 Weights = Tensor  # [B, 1 or C, H, W], 0 where a pixel does not count
 
 
-def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDiscrepancy:
-    """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean, single pixels forgiven."""
+def fit(
+    name: str, residual: Tensor, mean: Tensor, weight: Weights, near: FittedDiscrepancy | None = None
+) -> FittedDiscrepancy:
+    """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean, single pixels forgiven.
+
+    `near`: a fit to nearly the same, where there is one.
+    """
     if name in _PIXELS_OWN:
         found = _PIXELS_OWN[name](residual, mean, weight)
         for _ in range(_PASSES - 1):
@@ -200,8 +130,37 @@ def fit(name: str, residual: Tensor, mean: Tensor, weight: Weights) -> FittedDis
         return FittedDiscrepancy(_levels((mean + residual)[(weight > 0).expand_as(mean)]))
     if name in LATENT:
         return FittedDiscrepancy(_common(_of_frames(name, residual, mean, weight), mean).numpy())
-    ghost = find_ghost(residual, mean, (weight.amax(1, keepdim=True) > 0).float()) if name == "ghost" else None
-    return FittedDiscrepancy(_least_squares(lambda: basis(name, mean, ghost), residual, weight), ghost)
+    begun = None if near is None else near.coefficients
+    if name == "displacement":
+        return FittedDiscrepancy(displacing.fit(residual, mean, weight, begun))
+    if name in _KERNELS:
+        return FittedDiscrepancy(blurs.fit(residual, mean, weight, _growing(name, mean), begun))
+    if name in _FIELDS:
+        squares = LeastSquares(residual, weight, 1, cosines(*mean.shape[-2:], _COSINES))
+        return FittedDiscrepancy(squares.solve([squares.at(_carrier(name, mean))], begun))
+    if name == "ghost":
+        counted = (weight.amax(1, keepdim=True) > 0).float()
+        places = {find_ghost(residual, mean, counted): None} | ({} if near is None else {near.ghost: None})
+        ghosts = [_combined(name, residual, mean, weight, None, each) for each in places]
+        return min(ghosts, key=lambda each: left_by(residual - add(name, each, mean, residual, weight), weight))
+    return _combined(name, residual, mean, weight, begun)
+
+
+def _combined(
+    name: str, residual: Tensor, mean: Tensor, weight: Weights, begun: np.ndarray | None, ghost: Ghost | None = None
+) -> FittedDiscrepancy:
+    pictures = list(basis(name, mean, ghost))
+    squares = LeastSquares(residual, weight, len(pictures))
+    return FittedDiscrepancy(squares.solve(map(squares.at, pictures), begun), ghost)
+
+
+def _growing(name: str, mean: Tensor) -> Tensor | None:
+    return blurs.growing(*mean.shape[-2:]) if name == "kernel_field" else None
+
+
+def _carrier(name: str, mean: Tensor) -> Tensor:
+    """What a smooth field multiplies."""
+    return mean if name == "gain_field" else torch.ones(1, 1, *mean.shape[-2:])
 
 
 def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
@@ -216,11 +175,13 @@ def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, we
     if name in LATENT:
         own = _of_frames(name, residual, mean, weight) - torch.from_numpy(fitted.coefficients)
         return (own[0] + own[1] * mean).float()
+    if name == "displacement":
+        return displacing.displaced(mean, fitted.coefficients) - mean
+    if name in _KERNELS:
+        return blurs.added(mean, fitted.coefficients, _growing(name, mean))
     if name in _FIELDS:
-        waves, carriers = cosines(*mean.shape[-2:], _FIELDS[name]), _carriers(name, mean)
-        coefficients = torch.from_numpy(fitted.coefficients).float().view(-1, len(carriers))
-        fields = torch.tensordot(coefficients.T, waves, 1)
-        return sum((c * field for c, field in zip(carriers, fields, strict=True)), torch.zeros_like(mean))
+        field = torch.tensordot(torch.from_numpy(fitted.coefficients).float(), cosines(*mean.shape[-2:], _COSINES), 1)
+        return (_carrier(name, mean) * field).expand_as(mean)
     added = torch.zeros_like(mean)
     for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost), strict=True):
         added += coefficient * wave
@@ -245,29 +206,6 @@ def told_by(kinds: Collection[str], residual: Tensor, mean: Tensor, weight: Weig
         return float(1 - left / whole)
 
     return {name: taken(name) for name in kinds}
-
-
-def _least_squares(waves: Callable[[], Iterator[Tensor]], residual: Tensor, weight: Weights) -> np.ndarray:
-    root = weight.expand_as(residual).sqrt()
-    flat = root.reshape(-1) > 0
-    stride = max(int(flat.sum()) // 120_000, 1)
-    chosen = flat.nonzero()[::stride, 0]
-
-    def at(values: Tensor) -> Tensor:
-        return values.expand_as(residual).reshape(-1).index_select(0, chosen)
-
-    scale = at(root)
-    target = at(residual) * scale
-    design = torch.stack([at(wave) * scale for wave in waves()])
-    left = torch.zeros_like(target)
-    for _ in range(_PASSES):
-        weighed = design * forgiving(left.square())
-        matrix = (weighed @ design.T).double()
-        ridge = 1e-6 * matrix.diagonal().mean() + 1e-9
-        matrix += ridge * torch.eye(len(matrix), dtype=torch.float64)
-        found = torch.linalg.solve(matrix, (weighed @ target).double())
-        left = target - found.float() @ design
-    return found.numpy()
 
 
 def _affine(residual: Tensor, mean: Tensor, weight: Weights, over: tuple[int, ...]) -> Tensor:

@@ -193,8 +193,9 @@ class CameraDoubts:
         asked = self._study.asked
         mean, _, weight = self._predictor.frames(values, asked, lit=True)
         other = self._predictor.frames(hypothesis.without(name).values, asked, lit=True)[0]
-        # Beside an unknown that may do its work nothing would be seen to differ.
-        other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in IMITATING[stage]}
+        # Beside an unknown that may do its work nothing would be seen to differ; none does what differs by channel.
+        imitating = frozenset() if CAMERA_FITS[name].by_channel else IMITATING[stage]
+        other_kinds = {key: fitted for key, fitted in hypothesis.extra.items() if key not in imitating}
         left = self._predictor.residual(Hypothesis(values, other_kinds), asked, lit=True)[0]
         return disagreement(mean - other, left, weight * self._predicted(values), other)
 

@@ -1,8 +1,8 @@
 """Fits of a camera's hypotheses: effects that move pictures, noise, grain and areas, then something unknown."""
 
-import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, replace
+from types import MappingProxyType
 
 import torch
 from torch import Tensor
@@ -18,11 +18,14 @@ from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.predictor import CameraPredictor
 from vision_s2r.fit.camera.reference import fitted_variance
 from vision_s2r.fit.camera.study import Study, frames_of_a_fit
-from vision_s2r.fit.case import Hypothesis, Names, Segments, Values
+from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Segments, Values
 
 _TURNS = 8  # of effects and an unknown, each fitted to what the other leaves, at most
 _SETTLED = 1e-3  # of the loss: a turn that gains less is the last
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
+
+Near = Mapping[str, discrepancy.FittedDiscrepancy]  # fits of unknowns to nearly the same
+NOTHING: Near = MappingProxyType({})
 
 
 class CameraFitter:
@@ -58,28 +61,55 @@ class CameraFitter:
         beside = unknown or apart
         values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
         values = dict(values) | self.fit_apart(values, apart, segments)
-        found = Hypothesis(values, self.fit_unknown(values, unknown, segments))
-        return self._in_turn(found, segments) if unknown and charted(plain) else found
+        if not (unknown and charted(plain)):
+            return Hypothesis(values, self.fit_unknown(values, unknown, segments))
+        begun = self._begun(values, names, start)
+        both = [Hypothesis(each, self.fit_unknown(each, unknown, segments, near)) for each, near in begun]
+        return self._in_turn(both, segments)
 
-    def _in_turn(self, found: Hypothesis, segments: tuple[int, ...]) -> Hypothesis:
-        """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on."""
-        few, moving = self.few(segments), charted(found.values)
-        before = math.inf
-        for _ in range(_TURNS):
-            without, left = (
-                self._predictor.residual(each, few, lit=True)[0] for each in (Hypothesis(found.values), found)
-            )
-            real = self.target.pictures.real.clone()
-            real[few] -= without - left  # what the unknown adds
-            target = replace(self.target, pictures=replace(self.target.pictures, real=real))
-            values, loss = gauss_newton(target, found.values, moving, few, 2)
-            if values == found.values:
+    def _begun(self, values: Values, names: Names, start: Hypothesis | None) -> list[tuple[Values, Near]]:
+        """Where effects and an unknown may begin: as effects are alone, or as the start has them where that differs.
+
+        Alone they make up for the unknown. Those that the start has not are neutral, where a fit may begin there.
+        """
+        given = NOMINAL if start is None else start
+        moving = names & self._effects - of_stage("noise")
+        smooth = [name for name in charted(moving - given.values.keys()) if CAMERA_FITS[name].starts is None]
+        before = dict(values) | {name: given.values[name] for name in moving & given.values.keys()}
+        before |= {name: neutral(name, self._study.pictures.optics) for name in smooth}
+        if before == values:
+            return [(values, NOTHING)]
+        whole = names <= given.values.keys() | given.extra.keys()  # the fit to all frames, of which these are some
+        return [(before, given.extra)] if whole else [(before, given.extra), (values, NOTHING)]
+
+    def _in_turn(self, begun: Sequence[Hypothesis], segments: tuple[int, ...]) -> Hypothesis:
+        """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on.
+
+        From that of several beginnings which leaves least after a turn.
+        """
+        turned = [self._turn(each, segments) for each in begun]
+        found, before = min(turned, key=lambda each: each[1])
+        for _ in range(_TURNS - 1):
+            more, loss = self._turn(found, segments)
+            if more is found:
                 break
-            found = Hypothesis(values, self.fit_unknown(values, sorted(found.extra), segments))
+            found = more
             if before - loss < _SETTLED * loss:
                 break
             before = loss
         return found
+
+    def _turn(self, found: Hypothesis, segments: tuple[int, ...]) -> tuple[Hypothesis, float]:
+        """Effects fitted to what the unknown leaves, and it to what they leave; the mean loss between the two."""
+        few = self.few(segments)
+        without, left = (self._predictor.residual(each, few, lit=True)[0] for each in (Hypothesis(found.values), found))
+        real = self.target.pictures.real.clone()
+        real[few] -= without - left  # what the unknown adds
+        target = replace(self.target, pictures=replace(self.target.pictures, real=real))
+        values, loss = gauss_newton(target, found.values, charted(found.values), few, 2)
+        if values == found.values:
+            return found, loss
+        return Hypothesis(values, self.fit_unknown(values, sorted(found.extra), segments, found.extra)), loss
 
     def _fit_effects(
         self, names: Names, segments: tuple[int, ...], start: Hypothesis | None
@@ -178,9 +208,9 @@ class CameraFitter:
         return values
 
     def fit_unknown(
-        self, values: Values, names: Sequence[str], segments: Segments
+        self, values: Values, names: Sequence[str], segments: Segments, near: Near = NOTHING
     ) -> dict[str, discrepancy.FittedDiscrepancy]:
-        """Discrepancies fitted to what effects of these values leave."""
+        """Discrepancies fitted to what effects of these values leave; `near`: to what nearly the same ones left."""
         fitted: dict[str, discrepancy.FittedDiscrepancy] = {}
         if not names:
             return fitted
@@ -189,6 +219,6 @@ class CameraFitter:
         residual = self._study.pictures.real[segments] - self._predictor.encoded(mean, values)
         added = torch.zeros_like(mean)
         for name in names:
-            fitted[name] = discrepancy.fit(name, residual - added, mean, weight)
+            fitted[name] = discrepancy.fit(name, residual - added, mean, weight, near.get(name))
             added = added + discrepancy.add(name, fitted[name], mean, residual - added, weight)
         return fitted

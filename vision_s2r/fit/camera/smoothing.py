@@ -1,5 +1,8 @@
-"""Means around pixels: what they share with their surroundings."""
+"""What is smooth: means around pixels, which they share with their surroundings, and waves over the picture."""
 
+from functools import lru_cache
+
+import torch
 import torch.nn.functional as F
 from torch import Tensor
 
@@ -15,3 +18,14 @@ def smoothed(pictures: Tensor, reach: int = 1) -> Tensor:
             total += mean.narrow(axis, k, size)
         mean = total
     return mean.div_(window**2)
+
+
+@lru_cache(maxsize=4)
+def cosines(height: int, width: int, count: int) -> Tensor:
+    """Products of cosines [count², H, W], the smoothest first along each axis."""
+
+    def axis(size: int) -> Tensor:
+        position = (torch.arange(size) + 0.5) / size
+        return torch.cos(torch.pi * torch.arange(count)[:, None] * position)
+
+    return (axis(height)[:, None, :, None] * axis(width)[None, :, None, :]).reshape(count * count, height, width)
