@@ -274,15 +274,18 @@ class Search:
         rival, grown = self._rival(base)
         # An unknown beside which some of the named effects show, and no others, takes the place of the rest of them.
         part = grown.names & self._effects < named.names & self._effects
-        if self._strong(named, grown if part else rival, base):
+        strong = self._strong(named, grown if part else rival, base)
+        told = named if strong else self._likelier_story(named, rival, base)
+        better = self._rivals_story(told)
+        if strong and not better:
             # Beside something flexible enough to do their work, their parameters would be anybody's guess.
-            found, hints = named, self._extended(named, Names()).names
+            found, whole = named, self._extended(named, Names())
         else:
-            found = self._extended(self._likelier_story(named, rival, base), self._effects)
-            hints = found.names
+            found = whole = self._extended(better or told, self._effects)
+        hints = whole.names
         explained = self._assessor.adequate(found) or self._slight(found)
         if found.names & self._discrepancies or not explained:
-            found = self._unmask(found)
+            found = self._unmask(found, whole)
         return found, hints & self._discrepancies
 
     def _likelier_story(self, named: Assessment, rival: Assessment, base: Assessment) -> Assessment:
@@ -293,7 +296,37 @@ class Search:
             return rival
         both = self._shed(self._assessor.one(named.names | rival.names, named.hypothesis), self._effects)
         # Stand-ins may miss each other's work where all of them together do none that the unknown leaves.
-        return both if self._assessor.worth(both, rival) and self._more_than_knots(both, rival) else rival
+        told = both if self._assessor.worth(both, rival) and self._more_than_knots(both, rival) else rival
+        own = self._shed(self._beside(named), self._effects)  # an unknown may show beside them alone
+        bare = self._assessor.one(own.names - self._effects, own.hypothesis)
+        surely = self._assessor.worth(own, bare) and self._more_than_knots(own, bare)
+        return own if surely and self._assessor.gain(own, told).nats > self._cfg.evidence else told
+
+    def _rivals_story(self, told: Assessment) -> Assessment | None:
+        """With rivals of its effects, beside the unknown that suits them, where that is the likelier story.
+
+        Beside no unknown the wrong one of two may come nearer to what both together do.
+        """
+        unknown = told.names & self._discrepancies
+        if not self._cfg.beside or (not unknown and self._explained(told)):
+            return None
+        bare = self._assessor.one(told.names - unknown, told.hypothesis)
+        named = bare.names & self._effects
+        wanted = swaps(self._case, bare, named, self._candidates)
+        doubled = (name for name in sorted(named) if self._case.confusable(name) & named)
+        wanted += [(bare.names - {name}, bare.hypothesis) for name in doubled]
+        if not wanted:
+            return None
+        told = told if unknown else self._beside(told)
+        stories = [self._beside(each) for each in self._assessor.assess(wanted)]
+        simpler = [each for each in stories if self._parameters(each) < self._parameters(told)]
+        better = [each for each in stories if self._assessor.gain(each, told).nats > self._cfg.evidence]
+        better += [each for each in simpler if not self._assessor.worth(told, each)]
+        if not better:
+            return None
+        best = max(better, key=lambda each: each.score)
+        new = best.names & self._effects - named
+        return None if any(self._case.suspicious(best.hypothesis, name) for name in new) else best
 
     def _rival(self, base: Assessment) -> tuple[Assessment, Assessment]:
         """The likeliest unknown, with the effects that show beside it where nothing is left then, and with them."""
@@ -411,9 +444,12 @@ class Search:
         without = self._assessor.assess([(found.names - {name}, found.hypothesis) for name in rough])
         return any(found.rest <= ROUGH * less.rest for less in without)
 
-    def _unmask(self, found: Assessment) -> Assessment:
-        """Where something unknown is left, an effect that looks like a stand-in for it loses its name."""
-        whole = found = self._freed(found)
+    def _unmask(self, found: Assessment, extended: Assessment) -> Assessment:
+        """Where something unknown is left, an effect that looks like a stand-in for it loses its name.
+
+        `extended`: the set beside unknowns that take something off.
+        """
+        whole = found = self._freed(found, extended)
         while True:
             masks = [name for name in sorted(found.names & self._effects) if self._stands_in(name, found, whole)]
             if not masks:
@@ -422,22 +458,23 @@ class Search:
             found = max(without, key=lambda less: less.score)
             if self._cfg.beside and found.names & self._effects:  # what it did is left to an unknown, not to the others
                 more = self._beside(found)
-                found = more if self._assessor.most(more, found) else found
+                found = self._shed(more, self._effects) if self._assessor.most(more, found) else found
 
-    def _freed(self, found: Assessment) -> Assessment:
-        """With an unknown beside effects that look like stand-ins, if they do not beside it and keep their worth."""
+    def _freed(self, found: Assessment, extended: Assessment) -> Assessment:
+        """With unknowns beside effects that look like stand-ins: those that keep their worth, if none does then."""
         if not self._cfg.beside:
             return found
         masks = {name for name in found.names & self._effects if self._case.suspicious(found.hypothesis, name)}
         if not masks:
             return found
-        more = self._beside(found)
-        if more.rest > MUCH * found.rest or not self._assessor.better(more, found):
-            return found
-        more = self._shed(more, self._effects)
-        kept = more.names & self._effects
-        freed = masks & kept and not any(self._case.suspicious(more.hypothesis, name) for name in kept)
-        return more if freed else found
+        for more in (self._beside(found), extended):
+            if more.rest > MUCH * found.rest or not self._assessor.better(more, found):
+                continue
+            more = self._shed(more, self._effects)
+            kept = more.names & self._effects
+            if kept and not any(self._case.suspicious(more.hypothesis, name) for name in kept):
+                return more
+        return found
 
     def _stands_in(self, name: str, found: Assessment, whole: Assessment) -> bool:
         """Whether an effect looks like a stand-in in `found`, from which others that did are gone already.
