@@ -13,11 +13,12 @@ from vision_s2r.diagnose.saved import write_next
 from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.case import CameraCase
 from vision_s2r.fit.camera.coordinates import pack, unpack
-from vision_s2r.fit.camera.discrepancy import add
+from vision_s2r.fit.camera.discrepancy import FittedDiscrepancy, add
 from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.ghost import Ghost, find_ghost, shifted
 from vision_s2r.fit.camera.noise import Tail
 from vision_s2r.fit.camera.quantization import jpeg_quality
+from vision_s2r.fit.camera.smoothing import cosines
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.recording.data import CameraRecording
 
@@ -164,6 +165,29 @@ def test_ghosts_are_found_where_they_are() -> None:
     for turned in (False, True):
         residual = 0.2 * shifted(pictures.flip(-2, -1) if turned else pictures, 9, -4)
         assert find_ghost(residual, pictures, torch.ones(FRAMES, 1, SIZE, SIZE)) == Ghost(9, -4, turned)
+
+
+@pytest.mark.parametrize("name", ["gain_field", "added_light"])
+def test_a_smooth_unknown_adds_what_it_was_fitted_with(name: str) -> None:
+    mean = scenes(3)
+    carrier = mean if name == "gain_field" else torch.ones_like(mean)
+    waves = [carrier * wave for wave in cosines(SIZE, SIZE, 5)]
+    coefficients = np.random.default_rng(0).normal(size=len(waves))
+    wanted = sum((float(c) * wave for c, wave in zip(coefficients, waves, strict=True)), torch.zeros_like(mean))
+    found = add(name, FittedDiscrepancy(coefficients), mean, mean, torch.ones_like(mean))
+    torch.testing.assert_close(found, wanted, atol=1e-4, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "count", "size"), [("kernel", 24, 0.01), ("kernel_field", 120, 0.01), ("displacement", 72, 0.1)]
+)
+def test_an_unknown_is_fitted_with_what_it_adds(name: str, count: int, size: float) -> None:
+    mean = scenes(3)
+    weight = torch.full_like(mean, 255.0**2)
+    coefficients = np.random.default_rng(0).normal(size=count) * size
+    wanted = add(name, FittedDiscrepancy(coefficients), mean, mean, weight)
+    found = add(name, discrepancy.fit(name, wanted, mean, weight), mean, wanted, weight)
+    assert float((found - wanted).square().mean()) < 1e-4 * float(wanted.square().mean())
 
 
 @pytest.mark.parametrize("name", ["gain_field", "tone_curve", "row_pattern"])

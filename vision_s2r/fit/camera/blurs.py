@@ -1,7 +1,5 @@
 """Unknown kernels, the same everywhere or not: what neighbours within two px add."""
 
-from functools import lru_cache
-
 import numpy as np
 import torch
 import torch.nn.functional as F
@@ -14,26 +12,19 @@ _SIDE = 2 * _REACH + 1
 _OWN = _SIDE**2 // 2  # among a kernel's taps, row by row
 
 
-@lru_cache(maxsize=4)
-def growing(height: int, width: int) -> Tensor:
-    """Polynomials [5, H, W] in the place, without a part that is the same everywhere, as a blur's is."""
-    y, x = torch.meshgrid(torch.linspace(-1, 1, height), torch.linspace(-1, 1, width), indexing="ij")
-    return torch.stack([x, y, x * x, x * y, y * y])
-
-
 def fit(residual: Tensor, mean: Tensor, weight: Tensor, waves: Tensor | None, near: np.ndarray | None) -> np.ndarray:
     """Coefficients of the taps, wave by wave where there are waves [W, H, W], for residuals about a mean [B, C, H, W].
 
     `near`: those of nearly the same residuals.
     """
-    squares = LeastSquares(residual, weight, _SIDE**2 - 1, waves)
+    squares = LeastSquares(mean.shape, weight, _SIDE**2 - 1, waves)
     height, width = mean.shape[-2:]
     padded = F.pad(mean, (_REACH,) * 4, mode="replicate")
     row, x = squares.places // width, squares.places % width
     first = ((row // height) * padded.shape[-2] + row % height) * padded.shape[-1] + x
     flat, own = padded.reshape(-1), squares.at(mean)
     taps = (divmod(k, _SIDE) for k in range(_SIDE**2) if k != _OWN)
-    return squares.solve((flat[first + (dy * padded.shape[-1] + dx)] - own for dy, dx in taps), near)
+    return squares.solve(residual, (flat[first + (dy * padded.shape[-1] + dx)] - own for dy, dx in taps), near)
 
 
 def added(mean: Tensor, coefficients: np.ndarray, waves: Tensor | None) -> Tensor:

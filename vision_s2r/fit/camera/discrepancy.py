@@ -13,8 +13,8 @@ from torch import Tensor
 
 from vision_s2r.fit.camera import blurs, displacing
 from vision_s2r.fit.camera.ghost import Ghost, find_ghost
-from vision_s2r.fit.camera.smoothing import cosines, smoothed
-from vision_s2r.fit.camera.student import LeastSquares, forgiving, left_by
+from vision_s2r.fit.camera.smoothing import cosines, polynomials, smoothed
+from vision_s2r.fit.camera.student import PASSES, LeastSquares, forgiving, left_by
 
 DISCREPANCIES: dict[str, str] = {
     "tone_curve": "a smooth change of coded values",
@@ -47,7 +47,6 @@ _CODES, _USED, _SPREAD = 256, 0.7, 24  # of 8 bits; share of those in use that a
 FEW = 0.05  # of the pixels: where more are far off, they are no outliers
 _SCATTERED = (4, 10, 24)  # px, over which light is scattered
 _AROUND = 7  # px to either side, whose mean is the light's and not the pixel's own
-_PASSES = 3  # of reweighting
 _RIDGE = 1e-3  # of the mean curvature: frames of one brightness tell no offset from a gain
 _FLAT = 1e-5  # likewise: a row of one brightness
 _SURELY = 3.0  # standard errors of a mean over frames, from which it is no frame's own
@@ -118,7 +117,7 @@ def fit(
     """
     if name in _PIXELS_OWN:
         found = _PIXELS_OWN[name](residual, mean, weight)
-        for _ in range(_PASSES - 1):
+        for _ in range(PASSES - 1):
             left = residual - _of_pixels(found, mean)
             found = _PIXELS_OWN[name](residual, mean, weight * forgiving(left.square() * weight))
         return FittedDiscrepancy(found.numpy())
@@ -136,12 +135,12 @@ def fit(
     if name in _KERNELS:
         return FittedDiscrepancy(blurs.fit(residual, mean, weight, _growing(name, mean), begun))
     if name in _FIELDS:
-        squares = LeastSquares(residual, weight, 1, cosines(*mean.shape[-2:], _COSINES))
-        return FittedDiscrepancy(squares.solve([squares.at(_carrier(name, mean))], begun))
+        squares = LeastSquares(mean.shape, weight, 1, cosines(*mean.shape[-2:], _COSINES))
+        return FittedDiscrepancy(squares.solve(residual, [squares.at(_carrier(name, mean))], begun))
     if name == "ghost":
         counted = (weight.amax(1, keepdim=True) > 0).float()
-        places = {find_ghost(residual, mean, counted): None} | ({} if near is None else {near.ghost: None})
-        ghosts = [_combined(name, residual, mean, weight, None, each) for each in places]
+        places = [find_ghost(residual, mean, counted), *([] if near is None else [near.ghost])]
+        ghosts = [_combined(name, residual, mean, weight, None, each) for each in dict.fromkeys(places)]
         return min(ghosts, key=lambda each: left_by(residual - add(name, each, mean, residual, weight), weight))
     return _combined(name, residual, mean, weight, begun)
 
@@ -150,12 +149,13 @@ def _combined(
     name: str, residual: Tensor, mean: Tensor, weight: Weights, begun: np.ndarray | None, ghost: Ghost | None = None
 ) -> FittedDiscrepancy:
     pictures = list(basis(name, mean, ghost))
-    squares = LeastSquares(residual, weight, len(pictures))
-    return FittedDiscrepancy(squares.solve(map(squares.at, pictures), begun), ghost)
+    squares = LeastSquares(mean.shape, weight, len(pictures))
+    return FittedDiscrepancy(squares.solve(residual, map(squares.at, pictures), begun), ghost)
 
 
 def _growing(name: str, mean: Tensor) -> Tensor | None:
-    return blurs.growing(*mean.shape[-2:]) if name == "kernel_field" else None
+    """What kernels are times: nothing, or what grows, without a part that is the same everywhere, as a blur's is."""
+    return polynomials(*mean.shape[-2:])[1:] if name == "kernel_field" else None
 
 
 def _carrier(name: str, mean: Tensor) -> Tensor:

@@ -20,11 +20,12 @@ def fit(residual: Tensor, mean: Tensor, weight: Tensor, near: np.ndarray | None)
     """
     real, waves = mean + residual, cosines(*mean.shape[-2:], _COSINES)
     found = np.zeros(2 * len(waves)) if near is None else near
+    squares = LeastSquares(mean.shape, weight, 2, waves)
     for reach in _TO_FINE if near is None else _TO_FINE[-1:]:
         moved = displaced(mean, found)
         seen, left = (smoothed(each, reach) if reach else each for each in (moved, real - moved))
-        squares = LeastSquares(left, weight, 2, waves)
-        found = found + squares.solve(squares.at(each) for each in _slopes(seen))
+        slopes = torch.gradient(seen, dim=(-1, -2))
+        found = found + squares.solve(left, map(squares.at, slopes))
     helps = left_by(real - displaced(mean, found), weight) < left_by(residual, weight)
     return found if helps else 0 * found
 
@@ -36,8 +37,3 @@ def displaced(mean: Tensor, coefficients: np.ndarray) -> Tensor:
     across, down = torch.tensordot(by_wave.T, cosines(height, width, _COSINES), 1)
     x, y = torch.arange(width) + across, torch.arange(height)[:, None] + down
     return resampled(mean, x[None], y[None], KERNELS[1])
-
-
-def _slopes(pictures: Tensor) -> tuple[Tensor, ...]:
-    """How pictures [B, C, H, W] change from pixel to pixel, to the right and downwards."""
-    return torch.gradient(pictures, dim=(-1, -2))

@@ -25,7 +25,7 @@ _SETTLED = 1e-3  # of the loss: a turn that gains less is the last
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 
 Near = Mapping[str, discrepancy.FittedDiscrepancy]  # fits of unknowns to nearly the same
-NOTHING: Near = MappingProxyType({})
+_NOTHING: Near = MappingProxyType({})
 
 
 class CameraFitter:
@@ -78,9 +78,9 @@ class CameraFitter:
         before = dict(values) | {name: given.values[name] for name in moving & given.values.keys()}
         before |= {name: neutral(name, self._study.pictures.optics) for name in smooth}
         if before == values:
-            return [(values, NOTHING)]
+            return [(values, _NOTHING)]
         whole = names <= given.values.keys() | given.extra.keys()  # the fit to all frames, of which these are some
-        return [(before, given.extra)] if whole else [(before, given.extra), (values, NOTHING)]
+        return [(before, given.extra)] if whole else [(before, given.extra), (values, _NOTHING)]
 
     def _in_turn(self, begun: Sequence[Hypothesis], segments: tuple[int, ...]) -> Hypothesis:
         """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on.
@@ -208,7 +208,7 @@ class CameraFitter:
         return values
 
     def fit_unknown(
-        self, values: Values, names: Sequence[str], segments: Segments, near: Near = NOTHING
+        self, values: Values, names: Sequence[str], segments: Segments, near: Near = _NOTHING
     ) -> dict[str, discrepancy.FittedDiscrepancy]:
         """Discrepancies fitted to what effects of these values leave; `near`: to what nearly the same ones left."""
         fitted: dict[str, discrepancy.FittedDiscrepancy] = {}

@@ -6,7 +6,6 @@ cause, and whatever is fitted without them bends to make up for them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -15,6 +14,7 @@ from numba import njit
 from torch import Tensor
 
 from vision_s2r.camera.colour import PEDESTAL, Curve, to_linear
+from vision_s2r.fit.camera.smoothing import polynomials
 from vision_s2r.fit.camera.student import FREEDOM
 
 UNSTEADY = "light that differs from frame to frame"
@@ -81,7 +81,7 @@ class FrameLight:
         frames are asked for together.
         """
         height, width = mean.shape[-2:]
-        waves, veil = _waves(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
+        waves, veil = polynomials(height, width)[: 6 if self.kind == "field" else 1], self.kind == "field"
         mean, pedestal = mean.contiguous(), np.float32(0 if veil else PEDESTAL[curve])
         whole = [each.expand_as(mean).flatten(2).contiguous().numpy() for each in (mean, real, weight)]
         stride = max(mean[0].numel() // _POINTS, 1) | 1  # odd, so that all columns are met
@@ -96,14 +96,6 @@ class FrameLight:
 
 
 STEADY = FrameLight("steady")
-
-
-@lru_cache(maxsize=8)
-def _waves(height: int, width: int) -> Tensor:
-    """Polynomials [6, H, W] in the place, up to the second order."""
-    y = torch.linspace(-1, 1, height)[:, None].expand(height, width)
-    x = torch.linspace(-1, 1, width).expand(height, width)
-    return torch.stack([torch.ones_like(x), x, y, x * x, x * y, y * y])
 
 
 def _likeliest(points: Sequence[np.ndarray], waves: np.ndarray, veil: bool, pedestal: np.float32) -> np.ndarray:

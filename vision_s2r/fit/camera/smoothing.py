@@ -20,6 +20,14 @@ def smoothed(pictures: Tensor, reach: int = 1) -> Tensor:
     return mean.div_(window**2)
 
 
+@lru_cache(maxsize=8)
+def polynomials(height: int, width: int) -> Tensor:
+    """Polynomials [6, H, W] in the place, up to the second order; the first is the same everywhere."""
+    y = torch.linspace(-1, 1, height)[:, None].expand(height, width)
+    x = torch.linspace(-1, 1, width).expand(height, width)
+    return torch.stack([torch.ones_like(x), x, y, x * x, x * y, y * y])
+
+
 @lru_cache(maxsize=4)
 def cosines(height: int, width: int, count: int) -> Tensor:
     """Products of cosines [count², H, W], the smoothest first along each axis."""
