@@ -46,6 +46,9 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         optics.greasy_cover,
         sensor.still_bands,
         sensor.blooming,
+        sensor.charge_diffusion,
+        processing.colour_smear,
+        sensor.image_lag,
     ),
     "reporting": (
         optics.tilted_sensor,

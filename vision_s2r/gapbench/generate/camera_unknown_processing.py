@@ -95,3 +95,18 @@ def chroma_subsampling(strength: float, rng: Rng) -> tuple[str, Stage]:
 def temporal_denoising(strength: float, rng: Rng) -> tuple[str, Stage]:
     """Each frame is mixed with the one before it, which stays as a ghost."""
     return "processing", lambda pictures, geometry: pictures + 0.4 * strength * (np.roll(pictures, 1, 0) - pictures)
+
+
+def colour_smear(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Colour is sent along each line with a fraction of the brightness' bandwidth, as composite video does."""
+    reach = 8 * strength
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        grey = (pictures @ np.array([0.299, 0.587, 0.114]))[..., None]
+        smeared = [
+            cv2.GaussianBlur(p, (0, 0), sigmaX=reach, sigmaY=0.01, borderType=cv2.BORDER_REPLICATE)
+            for p in pictures - grey
+        ]
+        return grey + np.stack(smeared)
+
+    return "processing", step

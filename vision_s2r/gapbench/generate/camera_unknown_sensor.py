@@ -4,6 +4,7 @@ import cv2
 import numpy as np
 
 from vision_s2r.gapbench.generate.camera_effects import Array, Geometry, Stage, to_coded, to_linear
+from vision_s2r.gapbench.generate.camera_unknown_optics import blurred
 
 Rng = np.random.Generator
 
@@ -246,5 +247,32 @@ def blooming(strength: float, rng: Rng) -> tuple[str, Stage]:
         rows = np.arange(pictures.shape[1])
         kept = np.exp(-np.abs(rows[:, None] - rows) / reach) * (rows[:, None] != rows)
         return to_coded(light + strength * np.einsum("ij,njwc->niwc", kept, spilt))
+
+    return "sensor", step
+
+
+def charge_diffusion(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Charge wanders to neighbouring pixels before it is caught, the more the deeper its light goes: red above all."""
+    widest = 3 * strength
+    sigmas = widest * np.array([1.0, rng.uniform(0.3, 0.7), rng.uniform(0.0, 0.2)])
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        light = to_linear(pictures)
+        for channel, sigma in enumerate(sigmas):
+            if sigma > 0.1:
+                light[..., channel] = blurred(np.ascontiguousarray(light[..., channel]), sigma)
+        return to_coded(light)
+
+    return "sensor", step
+
+
+def image_lag(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Wells are not emptied: part of the charge of each frame, and of those before, is read with the next."""
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        light = to_linear(pictures)
+        for frame in range(1, len(light)):
+            light[frame] += 0.5 * strength * (light[frame - 1] - light[frame])
+        return to_coded(light)
 
     return "sensor", step
