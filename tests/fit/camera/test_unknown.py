@@ -39,6 +39,16 @@ def test_a_blur_that_grows_from_somewhere_is_none_that_is_the_same_everywhere() 
     assert left("kernel", mean, soft) < 0.01 < left("kernel_field", mean, soft)
 
 
+def test_frames_mixed_with_those_before_them_have_no_light_of_their_own() -> None:
+    dark = Camera()(many(), CameraParameters.of({"vignetting": {"strength": 0.4}}, MANY))
+    before = torch.cat([dark[:1], dark[:-1]])
+    case = opened(seen(many(), torch.lerp(dark, before, 0.3)))
+    assert not case.unsteady
+    found = case.fit(frozenset({"vignetting", "mixing"}), range(MANY), None)
+    assert found.values["vignetting"]["strength"] == pytest.approx(0.4, rel=0.05)
+    assert case.excess(found, range(MANY)).mean() < 1.5
+
+
 def test_a_blur_beside_corners_out_of_focus_is_as_large_as_it_is() -> None:
     blurred = Camera()(many(), CameraParameters.of({"defocus_blur": {"radius": 1.2}}, MANY))
     case = opened(seen(many(), out_of_focus(blurred)))

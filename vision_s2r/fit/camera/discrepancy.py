@@ -11,7 +11,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor
 
-from vision_s2r.fit.camera import blurs, displacing
+from vision_s2r.fit.camera import blurs, displacing, mixing
 from vision_s2r.fit.camera.ghost import Ghost, find_ghost
 from vision_s2r.fit.camera.smoothing import cosines, polynomials, smoothed
 from vision_s2r.fit.camera.student import PASSES, LeastSquares, forgiving, left_by
@@ -30,6 +30,7 @@ DISCREPANCIES: dict[str, str] = {
     "fixed_pattern": "pixels with offsets and gains of their own",
     "row_noise": "rows whose offsets and gains differ from frame to frame",
     "flicker": "a brightness that differs from frame to frame",
+    "mixing": "frames that are mixed with those before them",
     "levels": "fewer levels than the values have bits for",
     "outliers": "single pixels that are far off",
 }
@@ -109,12 +110,19 @@ Weights = Tensor  # [B, 1 or C, H, W], 0 where a pixel does not count
 
 
 def fit(
-    name: str, residual: Tensor, mean: Tensor, weight: Weights, near: FittedDiscrepancy | None = None
+    name: str,
+    residual: Tensor,
+    mean: Tensor,
+    weight: Weights,
+    near: FittedDiscrepancy | None = None,
+    before: Tensor | None = None,
 ) -> FittedDiscrepancy:
     """The likeliest coefficients of a discrepancy for residuals [B, C, H, W] about a mean, single pixels forgiven.
 
-    `near`: a fit to nearly the same, where there is one.
+    `near`: a fit to nearly the same, where there is one; `before`: the mean of the frames before these.
     """
+    if name == "mixing":
+        return FittedDiscrepancy(np.zeros(0) if before is None else mixing.fit(residual, mean, weight, before))
     if name in _PIXELS_OWN:
         found = _PIXELS_OWN[name](residual, mean, weight)
         for _ in range(PASSES - 1):
@@ -163,11 +171,23 @@ def _carrier(name: str, mean: Tensor) -> Tensor:
     return mean if name == "gain_field" else torch.ones(1, 1, *mean.shape[-2:])
 
 
-def add(name: str, fitted: FittedDiscrepancy, mean: Tensor, residual: Tensor, weight: Weights) -> Tensor:
-    """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own."""
+def add(
+    name: str,
+    fitted: FittedDiscrepancy,
+    mean: Tensor,
+    residual: Tensor,
+    weight: Weights,
+    before: Tensor | None = None,
+) -> Tensor:
+    """What the discrepancy adds to a mean [B, C, H, W]; `residual` is for those whose unknowns are a frame's own.
+
+    `before`: the mean of the frames before these, for those that are mixed with them.
+    """
+    if name == "mixing" and before is not None:
+        return mixing.added(mean, fitted.coefficients, before)
     if name in _PIXELS_OWN:
         return _of_pixels(torch.from_numpy(fitted.coefficients), mean)
-    if name == "outliers" or (name == "levels" and not fitted.coefficients.size):
+    if name == "outliers" or (name in ("levels", "mixing") and not fitted.coefficients.size):
         return torch.zeros_like(mean)
     if name == "levels":
         levels = torch.from_numpy(fitted.coefficients).float()

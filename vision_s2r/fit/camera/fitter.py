@@ -217,8 +217,8 @@ class CameraFitter:
         segments = list(segments)[: max(_DISCREPANCY_VALUES // self._study.pictures.sim[0].numel(), 2)]
         mean, _, weight = self._predictor.frames(values, segments, lit=True)
         residual = self._study.pictures.real[segments] - self._predictor.encoded(mean, values)
-        added = torch.zeros_like(mean)
+        added, before = torch.zeros_like(mean), self._predictor.before(values, segments, names, lit=True)
         for name in names:
-            fitted[name] = discrepancy.fit(name, residual - added, mean, weight, near.get(name))
-            added = added + discrepancy.add(name, fitted[name], mean, residual - added, weight)
+            fitted[name] = discrepancy.fit(name, residual - added, mean, weight, near.get(name), before)
+            added = added + discrepancy.add(name, fitted[name], mean, residual - added, weight, before)
         return fitted

@@ -136,21 +136,6 @@ def _at_detail(values: Tensor, mask: Tensor, mean: Tensor) -> bool:
     return float(squares[-quarter:].mean()) > _AT_DETAIL * float(squares[:quarter].mean())
 
 
-def of_frame_before(residual: Tensor, mean: Tensor, counted: Tensor) -> float:
-    """Share of residuals [N, C, H, W] that a part of the frame before, beside one of the frame itself, takes away.
-
-    No grain knows what the last frame showed; frames that are mixed do. `counted` [N, 1, H, W]: the pixels that count.
-    """
-    values, own, before = (
-        (each - each.mean((2, 3), keepdim=True))[1:][counted[1:].expand_as(mean[1:])].double()
-        for each in (residual, mean, mean.roll(1, 0))
-    )
-    if len(values) < _LEAST_PIXELS:
-        return 0.0
-    other = before - own * (own @ before) / (own @ own).clamp(min=1e-12)
-    return float((values @ other).square() / ((other @ other) * (values @ values)).clamp(min=1e-12))
-
-
 @dataclass(frozen=True)
 class Varied:
     """What a frame's label is predicted to vary by."""

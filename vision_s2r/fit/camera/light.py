@@ -14,6 +14,7 @@ from numba import njit
 from torch import Tensor
 
 from vision_s2r.camera.colour import PEDESTAL, Curve, to_linear
+from vision_s2r.fit.camera.mixing import MIXED, of_frame_before
 from vision_s2r.fit.camera.smoothing import polynomials
 from vision_s2r.fit.camera.student import FREEDOM
 
@@ -183,6 +184,7 @@ class Differing:
     common: float  # mean loss over what noise leaves, in one light for all frames
     exposure: float  # … with an exposure for each
     own: float  # … and with a field for each
+    mixed: float  # share of the squares left in one light that the frame before takes away
 
     @property
     def plausible(self) -> bool:
@@ -192,7 +194,7 @@ class Differing:
     @property
     def light(self) -> FrameLight:
         """The least that frames need of their own."""
-        if not self.plausible or self.exposure > _LEFT * self.common:
+        if not self.plausible or self.exposure > _LEFT * self.common or self.mixed > MIXED:
             return STEADY
         more = self.exposure - self.own
         needed = more > max((1 - _LEFT) * self.exposure, _TRIFLE * (self.common - self.exposure))
@@ -207,10 +209,11 @@ def differing(mean: Tensor, real: Tensor, weight: Tensor, curve: Curve) -> Diffe
     common = _common(lit, seen - grey, grey)
     scaled = FrameLight("exposure").on(common, seen, weight, curve)
     pixels = max(float((weight > 0).sum()), 1.0)
-    losses = [
+    one_light, exposure, own = (
         float(_robust((seen - each).square() * weight).sum()) / pixels for each in (common, scaled.mean, lit.mean)
-    ]
-    return Differing(float(scaled.coefficients[:, 0].std()), *losses)
+    )
+    spread, mixed = float(scaled.coefficients[:, 0].std()), of_frame_before(seen - common, common, weight > 0)
+    return Differing(spread, one_light, exposure, own, mixed)
 
 
 def _robust(squared: Tensor) -> Tensor:

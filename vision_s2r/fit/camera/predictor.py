@@ -14,8 +14,9 @@ from vision_s2r.fit.camera import discrepancy
 from vision_s2r.fit.camera.area import inside_of
 from vision_s2r.fit.camera.codec import behind
 from vision_s2r.fit.camera.effect import at_stage
-from vision_s2r.fit.camera.grain import OF_ROWS, TOLD, Varied, of_frame_before, per_share
+from vision_s2r.fit.camera.grain import OF_ROWS, TOLD, Varied, per_share
 from vision_s2r.fit.camera.light import STEADY, stops
+from vision_s2r.fit.camera.mixing import of_frame_before
 from vision_s2r.fit.camera.prediction import without_encoder
 from vision_s2r.fit.camera.rounding import rendered_colours, unrounded
 from vision_s2r.fit.camera.scoring import FrameScore, predicted_noise, score
@@ -72,6 +73,12 @@ class CameraPredictor:
             mean = pictures.light.on(mean, pictures.real[[segment]], weight, pictures.encoding).mean
         return mean, noise, weight
 
+    def before(self, values: Values, segments: Sequence[int], unknown: Collection[str], lit: bool) -> Tensor | None:
+        """The mean of the frames before these, where an unknown asks for it; of the first that of itself."""
+        if "mixing" not in unknown:
+            return None
+        return self.frames(values, [max(segment - 1, 0) for segment in segments], lit)[0]
+
     def encoded(self, mean: Tensor, values: Values) -> Tensor:
         """The mean behind the encoder."""
         return behind(self._study.pictures, mean, values, self._study.yardstick.noise.base)
@@ -86,9 +93,9 @@ class CameraPredictor:
         mean, noise, weight = self.frames(hypothesis.values, segments, lit)
         real = self._study.pictures.real[segments]
         residual = real - self.encoded(mean, hypothesis.values)
-        added = torch.zeros_like(mean)
+        added, before = torch.zeros_like(mean), self.before(hypothesis.values, segments, hypothesis.extra, lit)
         for name in sorted(hypothesis.extra):
-            added = added + discrepancy.add(name, hypothesis.extra[name], mean, residual - added, weight)
+            added = added + discrepancy.add(name, hypothesis.extra[name], mean, residual - added, weight, before)
         share = float(hypothesis.extra["outliers"].coefficients[0]) if "outliers" in hypothesis.extra else 0.0
         if hypothesis.extra:
             residual = real - self.encoded((mean + added).clamp(0, 1), hypothesis.values)
