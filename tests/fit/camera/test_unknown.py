@@ -39,6 +39,20 @@ def test_a_blur_that_grows_from_somewhere_is_none_that_is_the_same_everywhere() 
     assert left("kernel", mean, soft) < 0.01 < left("kernel_field", mean, soft)
 
 
+def soft(pictures: torch.Tensor, reach: int) -> torch.Tensor:
+    return F.avg_pool2d(F.pad(pictures, (reach,) * 4, mode="replicate"), 2 * reach + 1, 1)
+
+
+def test_how_few_pixels_there_are_is_found_beside_a_blur_that_is_unknown() -> None:
+    """Alone they are so few that they make up for it."""
+    fewer = Camera()(many(), CameraParameters.of({"low_resolution": {"factor": 1.5}}, MANY))
+    case = opened(seen(many(), soft(fewer, 1)))
+    alone = case.fit(frozenset({"low_resolution"}), range(MANY), None)
+    found = case.fit(frozenset({"low_resolution", "kernel"}), range(MANY), None)
+    assert alone.values["low_resolution"]["factor"] > 1.9
+    assert found.values["low_resolution"]["factor"] == pytest.approx(1.5, rel=0.1)
+
+
 def test_frames_mixed_with_those_before_them_have_no_light_of_their_own() -> None:
     dark = Camera()(many(), CameraParameters.of({"vignetting": {"strength": 0.4}}, MANY))
     before = torch.cat([dark[:1], dark[:-1]])

@@ -21,6 +21,7 @@ from vision_s2r.fit.camera.study import Study, frames_of_a_fit
 from vision_s2r.fit.case import NOMINAL, Hypothesis, Names, Segments, Values
 
 _TURNS = 8  # of effects and an unknown, each fitted to what the other leaves, at most
+_COUNTED = "low_resolution"  # goes by whole cells, and has no slope
 _SETTLED = 1e-3  # of the loss: a turn that gains less is the last
 _DISCREPANCY_VALUES = 1_000_000  # that the fit of a discrepancy looks at, at most
 
@@ -61,9 +62,12 @@ class CameraFitter:
         beside = unknown or apart
         values = self.fit(plain, segments, start).values if beside else self._fit_effects(plain, segments, start)
         values = dict(values) | self.fit_apart(values, apart, segments)
-        if not (unknown and charted(plain)):
+        if not (unknown and (charted(plain) or _COUNTED in plain)):
             return Hypothesis(values, self.fit_unknown(values, unknown, segments))
         begun = self._begun(values, names, start)
+        if _COUNTED in plain and len(segments) == self._study.count:
+            counted = self._counted(values, unknown, self.few(segments)[:2])
+            begun += [(counted, _NOTHING)] if counted is not values else []
         both = [Hypothesis(each, self.fit_unknown(each, unknown, segments, near)) for each, near in begun]
         return self._in_turn(both, segments)
 
@@ -81,6 +85,16 @@ class CameraFitter:
             return [(values, _NOTHING)]
         whole = names <= given.values.keys() | given.extra.keys()  # the fit to all frames, of which these are some
         return [(before, given.extra)] if whole else [(before, given.extra), (values, _NOTHING)]
+
+    def _counted(self, values: Values, unknown: Sequence[str], few: list[int]) -> Values:
+        """With that resolution which is likeliest beside unknowns: alone it may be one that makes up for them."""
+        options = [values, *(dict(values) | {_COUNTED: each} for each in starts(_COUNTED, self._study.pictures.optics))]
+
+        def loss(each: Values) -> float:
+            found = Hypothesis(each, self.fit_unknown(each, unknown, few))
+            return self.target.mean_loss(self._predictor.residual(found, few, lit=True)[0], few)
+
+        return min(options, key=loss)
 
     def _in_turn(self, begun: Sequence[Hypothesis], segments: tuple[int, ...]) -> Hypothesis:
         """Effects fitted to what the unknown leaves, then the unknown to what they leave, and so on.
@@ -107,6 +121,8 @@ class CameraFitter:
         real[few] -= without - left  # what the unknown adds
         target = replace(self.target, pictures=replace(self.target.pictures, real=real))
         values, loss = gauss_newton(target, found.values, charted(found.values), few, 2)
+        if _COUNTED in values:
+            values, loss = search_factor(target, values, few)
         if values == found.values:
             return found, loss
         return Hypothesis(values, self.fit_unknown(values, sorted(found.extra), segments, found.extra)), loss
@@ -123,7 +139,7 @@ class CameraFitter:
             values |= self.fit_noise(values, noisy, segments)
         whole = len(segments) == self._study.count
         found = gauss_newton(self.target, values, moving, few, 6 if whole else 3)[0]
-        if "low_resolution" in names:
+        if _COUNTED in names:
             found = search_factor(self.target, found, few)[0]
             found = gauss_newton(self.target, found, moving, few, 2)[0]
         if noisy and moving:

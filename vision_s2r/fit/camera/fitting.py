@@ -51,7 +51,7 @@ class Target:
 
     def loss(self, values: Values, segments: Sequence[int], stages: Stages | None = None) -> float:
         """Mean over pixels of minus the log-likelihood, but for constants; nats."""
-        return self._mean_loss(self.residual(values, segments, stages), segments)
+        return self.mean_loss(self.residual(values, segments, stages), segments)
 
     def before(self, values: Values, name: str, segments: Sequence[int]) -> Stages:
         """The stages of a pass without one effect, so that settings of it need not repeat what comes before it."""
@@ -61,7 +61,8 @@ class Target:
         )
         return stages
 
-    def _mean_loss(self, residual: Tensor, segments: Sequence[int]) -> float:
+    def mean_loss(self, residual: Tensor, segments: Sequence[int]) -> float:
+        """That of residuals [B, C, H, W]."""
         counted, variance = chosen(self.counted, segments), chosen(self.variance, segments)
         losses = torch.log1p(residual.square().div_(variance).div_(FREEDOM)).mul_(counted)
         total = (FREEDOM + 1) / 2 * float(losses.sum(dtype=torch.float64))
@@ -185,7 +186,7 @@ class _Descent:
     def at(self, values: Values) -> _State:
         stages: Stages = {}
         residual, lit = self.target.compare(values, self.segments, stages, keep=True)
-        return _State(values, self.target._mean_loss(residual, self.segments), residual, stages, lit)
+        return _State(values, self.target.mean_loss(residual, self.segments), residual, stages, lit)
 
     def equations(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
         slopes = self._carried(state)
