@@ -19,6 +19,10 @@ def skewed(pictures: torch.Tensor, slope: float) -> torch.Tensor:
     return resampled(pictures, (x + slope * (y - SIZE / 2))[None], y.expand(1, SIZE, SIZE), KERNELS[0])
 
 
+def soft(pictures: torch.Tensor) -> torch.Tensor:
+    return F.avg_pool2d(F.pad(pictures, (1,) * 4, mode="replicate"), 3, 1)
+
+
 def left(name: str, mean: torch.Tensor, real: torch.Tensor) -> float:
     """The share of the squares of what is missing that an unknown does not take away."""
     weight, missing = torch.full((FRAMES, 1, SIZE, SIZE), 255.0**2), real - mean
@@ -33,20 +37,15 @@ def test_a_displacement_may_be_of_many_pixels() -> None:
 
 def test_a_blur_that_grows_from_somewhere_is_none_that_is_the_same_everywhere() -> None:
     mean = scenes(3)
-    soft = F.avg_pool2d(F.pad(mean, (1,) * 4, mode="replicate"), 3, 1)
-    growing = torch.lerp(mean, soft, torch.linspace(-1, 1, SIZE).square())
+    growing = torch.lerp(mean, soft(mean), torch.linspace(-1, 1, SIZE).square())
     assert left("kernel_field", mean, growing) < 0.3 * left("kernel", mean, growing)
-    assert left("kernel", mean, soft) < 0.01 < left("kernel_field", mean, soft)
-
-
-def soft(pictures: torch.Tensor, reach: int) -> torch.Tensor:
-    return F.avg_pool2d(F.pad(pictures, (reach,) * 4, mode="replicate"), 2 * reach + 1, 1)
+    assert left("kernel", mean, soft(mean)) < 0.01 < left("kernel_field", mean, soft(mean))
 
 
 def test_how_few_pixels_there_are_is_found_beside_a_blur_that_is_unknown() -> None:
     """Alone they are so few that they make up for it."""
     fewer = Camera()(many(), CameraParameters.of({"low_resolution": {"factor": 1.5}}, MANY))
-    case = opened(seen(many(), soft(fewer, 1)))
+    case = opened(seen(many(), soft(fewer)))
     alone = case.fit(frozenset({"low_resolution"}), range(MANY), None)
     found = case.fit(frozenset({"low_resolution", "kernel"}), range(MANY), None)
     assert alone.values["low_resolution"]["factor"] > 1.9

@@ -183,12 +183,13 @@ def add(
 
     `before`: the mean of the frames before these, for those that are mixed with them.
     """
-    if name == "mixing" and before is not None:
-        return mixing.added(mean, fitted.coefficients, before)
     if name in _PIXELS_OWN:
         return _of_pixels(torch.from_numpy(fitted.coefficients), mean)
-    if name == "outliers" or (name in ("levels", "mixing") and not fitted.coefficients.size):
+    if name == "outliers" or not fitted.coefficients.size:
         return torch.zeros_like(mean)
+    if name == "mixing":
+        assert before is not None
+        return mixing.added(mean, fitted.coefficients, before)
     if name == "levels":
         levels = torch.from_numpy(fitted.coefficients).float()
         return levels[torch.bucketize(mean.contiguous(), (levels[1:] + levels[:-1]) / 2)] - mean

@@ -12,8 +12,8 @@ from torch import Tensor
 from vision_s2r.fit.camera.student import LeastSquares
 
 MIXED = 0.5  # share of what is left in one light that the frame before takes away, from which light is not to blame
-_LEAST_PIXELS = 400
-_SHARES = (0.2, 0.5)
+_LEAST_PIXELS = 400  # that tell anything
+_SHARES = (0.2, 0.5)  # of the frame before in mixtures of light; those of other shares are about sums of these
 
 
 def of_frame_before(residual: Tensor, mean: Tensor, counted: Tensor) -> float:

@@ -29,6 +29,7 @@ from vision_s2r.gapbench.generate.camera_effects import (
     Sensor,
     Stage,
     binned,
+    brightness,
     compress,
     expose,
     optics,
@@ -270,7 +271,7 @@ def _drawn(form: Form, geometry: Geometry, sensor: Sensor, rng: np.random.Genera
     fine = replace(geometry, scale=FINE)
     canvas, labels = scenes(form, fine, rng)
     if form.grey:
-        canvas = (canvas @ np.array([0.299, 0.587, 0.114]))[..., None]
+        canvas = brightness(canvas)[..., None]
     if sensor.linear:
         canvas = to_linear(canvas)
     setting = setting_of(canvas, form, geometry, sensor)

@@ -114,6 +114,12 @@ class Sensor:
 POWER = 2.2
 
 
+def brightness(pictures: Array) -> Array:
+    """Of red, green and blue [..., H, W, 3]: [..., H, W] (ITU-R BT.601)."""
+    found: Array = pictures @ np.array([0.299, 0.587, 0.114])
+    return found
+
+
 def to_linear(coded: Array) -> Array:
     """sRGB-coded values to linear light (IEC 61966-2-1)."""
     return np.where(coded <= 0.04045, coded / 12.92, ((np.maximum(coded, 0.04045) + 0.055) / 1.055) ** 2.4)

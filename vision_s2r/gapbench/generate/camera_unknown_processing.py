@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from vision_s2r.gapbench.generate.camera_effects import Array, Geometry, Stage, to_coded, to_linear
+from vision_s2r.gapbench.generate.camera_effects import Array, Geometry, Stage, brightness, to_coded, to_linear
 from vision_s2r.gapbench.generate.camera_unknown_optics import blurred
 
 Rng = np.random.Generator
@@ -32,7 +32,7 @@ def hue_clipping(strength: float, rng: Rng) -> tuple[str, Stage]:
     hue = rng.uniform(0, 2 * np.pi)
 
     def step(pictures: Array, geometry: Geometry) -> Array:
-        grey = pictures @ np.array([0.299, 0.587, 0.114])
+        grey = brightness(pictures)
         red, blue = pictures[..., 0] - grey, pictures[..., 2] - grey
         near = np.maximum(np.cos(np.arctan2(red, blue) - hue), 0) ** 2
         return grey[..., None] + (1 - strength * near)[..., None] * (pictures - grey[..., None])
@@ -83,7 +83,7 @@ def chroma_subsampling(strength: float, rng: Rng) -> tuple[str, Stage]:
     share = min(1.0, 2 * strength)
 
     def step(pictures: Array, geometry: Geometry) -> Array:
-        grey = (pictures @ np.array([0.299, 0.587, 0.114]))[..., None]
+        grey = brightness(pictures)[..., None]
         height, width = pictures.shape[1:3]
         coarse = [cv2.resize(p, (width // 8, height // 8), interpolation=cv2.INTER_AREA) for p in pictures - grey]
         colour = np.stack([cv2.resize(p, (width, height), interpolation=cv2.INTER_NEAREST) for p in coarse])
@@ -102,7 +102,7 @@ def colour_smear(strength: float, rng: Rng) -> tuple[str, Stage]:
     reach = 8 * strength
 
     def step(pictures: Array, geometry: Geometry) -> Array:
-        grey = (pictures @ np.array([0.299, 0.587, 0.114]))[..., None]
+        grey = brightness(pictures)[..., None]
         smeared = [
             cv2.GaussianBlur(p, (0, 0), sigmaX=reach, sigmaY=0.01, borderType=cv2.BORDER_REPLICATE)
             for p in pictures - grey
