@@ -14,6 +14,7 @@ from torch import Tensor
 
 from vision_s2r.camera import CAMERA_EFFECTS, Camera, CameraParameters
 from vision_s2r.camera.effects.shot_noise import poisson_quantile
+from vision_s2r.camera.resample import convolve
 from vision_s2r.images import to_float, to_uint8
 
 NAMES = [effect.name for effect in CAMERA_EFFECTS]
@@ -48,6 +49,14 @@ def batch_of(*pictures: np.ndarray) -> Tensor:
 
 def rms_grey_levels(a: Tensor | np.ndarray, b: Tensor | np.ndarray) -> float:
     return float(np.sqrt(np.mean((np.asarray(a) - np.asarray(b)) ** 2)) * 255)
+
+
+def test_a_picture_is_blurred_alone_as_among_others() -> None:
+    picture = batch_of(a_picture(61, 76))
+    kernel = torch.rand(1, 7, 7, generator=torch.Generator().manual_seed(0))
+    kernel = kernel + kernel.flip(1, 2)
+    many = convolve(picture.expand(5, 3, 61, 76), kernel.expand(5, 7, 7))
+    assert torch.equal(convolve(picture, kernel).expand_as(many), many)
 
 
 def test_a_disk_smaller_than_its_pixel_leaves_the_picture_as_it_is() -> None:

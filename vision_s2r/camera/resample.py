@@ -1,5 +1,7 @@
 """Pictures between the pixels: warps, and the kernels of blurs."""
 
+import math
+
 import torch
 import torch.nn.functional as F
 from torch import Tensor
@@ -7,6 +9,7 @@ from torch import Tensor
 from vision_s2r.camera.effect import Frame, Interpolation
 
 _KEYS_A = -0.75  # Keys' cubic as OpenCV and torch define bicubic
+_SIDE_BY_SIDE = 12  # pictures that a processor convolves at once: of fewer, strips
 
 
 def warp(images: Tensor, x: Tensor, y: Tensor, frame: Frame) -> Tensor:
@@ -38,9 +41,13 @@ def convolve(images: Tensor, kernels: Tensor) -> Tensor:
 
     Kernels are normalized to a sum of 1; the pictures' edges repeat.
     """
-    batch, channels = images.shape[:2]
-    size = kernels.shape[-1]
+    batch, channels, height, width = images.shape
     kernels = kernels / kernels.sum((1, 2), keepdim=True)
-    padded = F.pad(images, (size // 2,) * 4, mode="replicate").flatten(0, 1)[None]
-    weight = kernels[:, None].repeat_interleave(channels, dim=0)
-    return F.conv2d(padded, weight, groups=batch * channels).reshape(images.shape)
+    count = max(_SIDE_BY_SIDE // (batch * channels), 1)
+    rows, around = math.ceil(height / count), kernels.shape[-1] - 1
+    edges = (*(around // 2,) * 3, around // 2 + count * rows - height)
+    padded = F.pad(images, edges, mode="replicate").flatten(0, 1)
+    strips = padded.unfold(1, rows + around, rows).mT  # [B·C, count, rows + around, w + around]
+    weight = kernels[:, None].repeat_interleave(channels * count, dim=0)
+    found = F.conv2d(strips.flatten(0, 1)[None], weight, groups=len(weight))
+    return found.reshape(batch, channels, count * rows, width)[:, :, :height].contiguous()
