@@ -19,6 +19,7 @@ VISIBLE = 1.0  # nats that an effect has to seem to gain to be fitted
 MOST_FITS = 30  # after which no better set is looked for
 STARTS = 3  # that one set is fitted from
 SPARED = 1.1  # times the work that functions have without effects beside a disturbance, that they may have with some
+PLAINLY = 5.0  # times what an effect has to bring, that one has to bring which was lost before
 OWN = 0.1  # of what an effect brings beside nothing unknown, that it has to bring beside all of it
 
 
@@ -31,15 +32,18 @@ class BesideUnknownSearch:
         assessor: Assessor,
         candidates: Sequence[str],
         always: Names,
-        disturbance: Names = frozenset(),
+        disturbance: Names | None = None,
     ) -> None:
         """`candidates` are effects that may be named; `always` is what every set has.
 
-        `disturbance` is in every set, too: the case's, where functions do not do all of the unknown's work.
+        `disturbance`, the case's or none, is given where functions do not do all of the unknown's work: it is in every
+        set, too, and effects have to bring more.
         """
         self._case, self._cfg, self._left, self._run = case, assessor.cfg, assessor.left, assessor.run
-        self._candidates, self._always = frozenset(candidates), always | disturbance
+        self._candidates, self._always = frozenset(candidates), always | (disturbance or frozenset())
         self._unknown, self._disturbed = frozenset(case.discrepancies), bool(disturbance)
+        self._in_part = disturbance is not None
+        self._refused: Names = frozenset()
         # The search's fits of sets without anything unknown: an unknown that has done an effect's work hides it.
         self._plain = {names & self._candidates: fit for names, fit, _ in assessor.begun if not names & self._unknown}
         self._fitted: dict[Names, Hypothesis] = {}
@@ -55,18 +59,40 @@ class BesideUnknownSearch:
             return None
         whole = self._fit(effects, found.hypothesis)
         for name in sorted(effects):
-            less = self._fit(effects - {name}, whole)
-            if float(whole.extra[EVIDENCE]) - float(less.extra[EVIDENCE]) < min(self._cfg.promising, OWN * worth(name)):
+            less, nats = self._without(whole, name)
+            if nats < min(self._cfg.promising, OWN * worth(name)):
                 return less
         return None
 
+    def borne_out(self, begun: Iterable[tuple[Names, Hypothesis]], doubted: Names) -> Hypothesis:
+        """`best` without what looks like a stand-in, or is doubted and brings too little for that; in no set then."""
+        best = self.best(begun)
+        while stand_ins := frozenset(name for name in self._effects(best) if self._stands_in(best, name, doubted)):
+            self._refused |= stand_ins
+            best = self._climbed(self._fit(self._effects(best) - stand_ins, best), self._moved)
+        return best
+
+    def _stands_in(self, best: Hypothesis, name: str, doubted: Names) -> bool:
+        if self._case.suspicious(best, name):
+            return True
+        return name in doubted and self._without(best, name)[1] < PLAINLY * self._cfg.promising
+
+    def _without(self, whole: Hypothesis, name: str) -> tuple[Hypothesis, float]:
+        """A fit without one of its effects, and the evidence that this brings, nats."""
+        less = self._fit(self._effects(whole) - {name}, whole)
+        return less, float(whole.extra[EVIDENCE]) - float(less.extra[EVIDENCE])
+
     def best(self, begun: Iterable[tuple[Names, Hypothesis]]) -> Hypothesis:
-        """The hypothesis of most evidence, from the first of these sets and what is near them; if they come near."""
+        """The hypothesis of most evidence, from the first of these sets and what is near them.
+
+        Where functions do all of the unknown's work they have to come near; where they do a part, they must not.
+        """
         first: dict[Names, Hypothesis] = {}
         for names, hypothesis in begun:
             first.setdefault(names & self._candidates, hypothesis)
         self._fits([each for each in first.items() if each[0] not in self._fitted][: BEGUN - len(self._fitted)])
-        if not self._disturbed and all(self._left(of) > FAR for of in self._fitted.values()):
+        far = all(self._left(of) > FAR for of in self._fitted.values())
+        if not self._disturbed and far != self._in_part:
             return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
         self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
@@ -102,7 +128,7 @@ class BesideUnknownSearch:
         if self._disturbed and of.extra[WORK] > SPARED * nothing.extra[WORK] + VISIBLE:
             return -math.inf  # an effect that is there spares functions their work: what gives them more only helps
         # Guesses that are off, and what is no function, are done by whatever may do it: beside them more is asked.
-        doubtful = self._case.guessed or self._disturbed
+        doubtful = self._case.guessed or self._in_part
         each = self._cfg.promising if doubtful else self._cfg.evidence
         return float(of.extra[EVIDENCE]) - each * len(self._effects(of))
 
@@ -122,6 +148,6 @@ class BesideUnknownSearch:
     def _more(self, beside: Hypothesis, most: int, but: str = "") -> Iterable[Hypothesis]:
         effects = self._effects(beside)
         if len(effects) < self._cfg.most:
-            starts = self._case.starts_beside(beside, sorted(self._candidates - effects - {but}))
+            starts = self._case.starts_beside(beside, sorted(self._candidates - self._refused - effects - {but}))
             promising = sorted(starts, key=lambda name: -starts[name][0])[:most]
             yield from self._fits([(effects | {n}, starts[n][1]) for n in promising if starts[n][0] > VISIBLE])

@@ -16,7 +16,7 @@ from vision_s2r.diagnose.settled import Settled
 from vision_s2r.diagnose.simulator import BETTER, is_open
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
-from vision_s2r.fit.case import NOMINAL, Case
+from vision_s2r.fit.case import NOMINAL, Case, Names
 from vision_s2r.lazy import load
 from vision_s2r.recording import CameraRecording, ContactRecording, JointRecording
 from vision_s2r.report import figures
@@ -92,7 +92,8 @@ def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Se
     """The search's end settled; and gone on with where something is left.
 
     Beside guesses, where the simulator leaves nothing, but has no name for why: what free runs are better with stays in
-    it unnamed, and the search had missed it then. Else where nothing has a name: the unknown may be no function.
+    it unnamed, and the search had missed it then. Else where nothing has a name: the unknown may be no function, or
+    only in part.
     """
     settled = settle(case, assessor, found)
     if not is_open(settled.found):
@@ -101,9 +102,26 @@ def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Se
         more = search.resumed(settled.simulator.assessment)
         named = settle(case, assessor, more) if more else settled
         return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
-    nameless = settled.found.effects <= frozenset(case.certain)
-    more = search.beside_disturbance(found) if nameless else None
-    return settle(case, assessor, more) if more else settled
+    return _beside_more(case, assessor, search, found, settled) if _nameless(case, settled) else settled
+
+
+def _beside_more(case: Case, assessor: Assessor, search: Search, found: Found, settled: Settled) -> Settled:
+    """With names that show beside an unknown of which functions do a part; as it is where none does.
+
+    What one try comes upon, and loses again, is doubted in the next.
+    """
+    doubted = Names()
+    for disturbance in search.disturbances:
+        if more := search.beside_more(found, disturbance, doubted):
+            end = settle(case, assessor, more)
+            if not _nameless(case, end):
+                return end
+            doubted |= more.effects
+    return settled
+
+
+def _nameless(case: Case, settled: Settled) -> bool:
+    return settled.found.effects <= frozenset(case.certain)
 
 
 def _of_pictures(recording: CameraRecording, case: Any, settled: Settled, left: bool) -> dict[str, Any]:

@@ -85,17 +85,21 @@ class Search:
         alone = self._assessor.adequate(final) and len(final.names - self._certain) < COINCIDENCE
         return self._found(final, final, self._assessor.one(self._base)) if alone else None
 
-    def beside_disturbance(self, found: Found) -> Found | None:
-        """Effects that show beside an unknown that is no function of anything recorded; where there are any."""
+    @property
+    def disturbances(self) -> list[Names]:
+        """What may be beside functions that do a part of the unknown's work: nothing, or torques of single instants."""
         case = self._integrating
-        if case is None or not case.disturbance:
-            return None
-        search = BesideUnknownSearch(case, self._assessor, self._candidates, self._base, case.disturbance)
-        best = search.best([(self._base, NOMINAL), (found.final.names, found.final.hypothesis)])
+        return [Names(), case.disturbance] if case and case.disturbance else []
+
+    def beside_more(self, found: Found, disturbance: Names, doubted: Names) -> Found | None:
+        """Effects that show beside such an unknown, where there are any; plainly, if they are `doubted`."""
+        case = self._integrating
+        assert case is not None
+        search = BesideUnknownSearch(case, self._assessor, self._candidates, self._base, disturbance)
+        best = search.borne_out([(self._base, NOMINAL), (found.final.names, found.final.hypothesis)], doubted)
         if not best.values.keys() - self._base:
             return None
-        names = frozenset(best.values) | self._base | self._discrepancies | case.disturbance
-        beside = self._assessor.one(names, best)
+        beside = self._assessor.one(frozenset(best.values) | self._base | self._discrepancies | disturbance, best)
         return self._found(beside, beside, self._assessor.one(self._base))
 
     def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names = frozenset()) -> Found:

@@ -19,7 +19,7 @@ from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.gapbench.generate import joint
-from vision_s2r.gapbench.generate.base import GeneratedMachine
+from vision_s2r.gapbench.generate.base import CASES, GeneratedMachine
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
 from vision_s2r.joint import DYNAMICS, Tables
 from vision_s2r.recording import JointRecording, read
@@ -113,6 +113,29 @@ def test_what_no_effect_is_stays_without_a_name(index: int, unknown: str, tmp_pa
     assert generated("unknown", index, tmp_path).answer.unknown == unknown
     report = reported(tmp_path)
     assert report["verdict"] == "unexplained" and report["effects"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("case", "index", "seed", "unknown", "named"),
+    [
+        ("known_unknown", 15, 9192, "loose_contact", ["torque_speed_limit"]),
+        ("unknown", 7, 9193, "load_switch", []),  # a drift of the damping does some of its work
+    ],
+)
+def test_beside_an_unknown_that_functions_do_in_part_what_is_there_is_named_and_nothing_else(
+    case: str, index: int, seed: int, unknown: str, named: list[str], tmp_path: Path
+) -> None:
+    drawn = np.random.default_rng([seed, 0, 0, CASES.index(case), index])  # as the benchmark draws it
+    drawn.bytes(6)  # of its name
+    machine = joint.machine(case, index, "tuning", drawn)
+    assert machine.answer.unknown == unknown and list(machine.answer.effects) == named
+    machine.write(tmp_path)
+    report = reported(tmp_path)
+    assert [effect["name"] for effect in report["effects"]] == named
+    for effect in report["effects"]:
+        values = {key: found["value"] for key, found in effect["parameters"].items()}
+        assert values == pytest.approx(machine.answer.effects[effect["name"]], rel=0.02)
 
 
 @pytest.mark.slow
