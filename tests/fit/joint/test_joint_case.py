@@ -19,7 +19,8 @@ from vision_s2r.diagnose.one_case import open_case
 from vision_s2r.fit.case import Hypothesis
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.gapbench.generate import joint
-from vision_s2r.gapbench.generate.base import CASES, GeneratedMachine
+from vision_s2r.gapbench.generate.base import GeneratedMachine
+from vision_s2r.gapbench.generate.generate import stream
 from vision_s2r.gapbench.generate.unknown import UNKNOWN
 from vision_s2r.joint import DYNAMICS, Tables
 from vision_s2r.recording import JointRecording, read
@@ -126,9 +127,7 @@ def test_what_no_effect_is_stays_without_a_name(index: int, unknown: str, tmp_pa
 def test_beside_an_unknown_that_functions_do_in_part_what_is_there_is_named_and_nothing_else(
     case: str, index: int, seed: int, unknown: str, named: list[str], tmp_path: Path
 ) -> None:
-    drawn = np.random.default_rng([seed, 0, 0, CASES.index(case), index])  # as the benchmark draws it
-    drawn.bytes(6)  # of its name
-    machine = joint.machine(case, index, "tuning", drawn)
+    machine = joint.machine(case, index, "tuning", stream("joint", "tuning", seed, case, index)[1])
     assert machine.answer.unknown == unknown and list(machine.answer.effects) == named
     machine.write(tmp_path)
     report = reported(tmp_path)

@@ -78,12 +78,17 @@ def _module(kind: str) -> Any:
     return importlib.import_module(f"vision_s2r.gapbench.generate.{kind}")
 
 
+def stream(kind: str, split: str, seed: int, case: str, index: int) -> tuple[str, np.random.Generator]:
+    """A machine's name, and the random numbers that it is drawn by."""
+    rng = np.random.default_rng([seed, KINDS.index(kind), SPLITS.index(split), CASES.index(case), index])
+    return rng.bytes(6).hex(), rng
+
+
 def _one(
     kind: str, split: str, seed: int, case: str, index: int, out: Path, options: dict[str, Any]
 ) -> tuple[str, dict[str, Any]]:
     """Draw one machine and write its recording, whole or not at all. Raises UserError where it cannot be written."""
-    rng = np.random.default_rng([seed, KINDS.index(kind), SPLITS.index(split), CASES.index(case), index])
-    name = rng.bytes(6).hex()
+    name, rng = stream(kind, split, seed, case, index)
     machine = _module(kind).machine(case, index, split, rng, **options)
     partial, folder = out / f"{name}.partial", out / "recordings" / name
     for stale in (partial, folder):
