@@ -62,7 +62,7 @@ def available(grey: bool) -> dict[str, str]:
     return {name: meaning for name, meaning in DISCREPANCIES.items() if not (grey and name in _COLOUR)}
 
 
-def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tensor]:
+def basis(name: str, mean: Tensor, ghost: Ghost | None = None, before: Tensor | None = None) -> Iterator[Tensor]:
     """What a discrepancy can add to a predicted mean [B, C, H, W]: pictures that broadcast to it, one a coefficient."""
     channels, height, width = mean.shape[1:]
     if name == "tone_curve":
@@ -84,6 +84,9 @@ def basis(name: str, mean: Tensor, ghost: Ghost | None = None) -> Iterator[Tenso
         copy = ghost.of(mean)
         yield copy - mean
         yield copy
+    elif name == "mixing":
+        assert before is not None
+        yield from mixing.mixtures(mean, before)
     else:
         raise ValueError(f"discrepancy '{name}' has no basis")
 
@@ -122,7 +125,9 @@ def fit(
     `near`: a fit to nearly the same, where there is one; `before`: the mean of the frames before these.
     """
     if name == "mixing":
-        return FittedDiscrepancy(np.zeros(0) if before is None else mixing.fit(residual, mean, weight, before))
+        if before is None:
+            return FittedDiscrepancy(np.zeros(0))
+        return _combined(name, residual, mean, weight, None, before=before)
     if name in _PIXELS_OWN:
         found = _PIXELS_OWN[name](residual, mean, weight)
         for _ in range(PASSES - 1):
@@ -154,9 +159,15 @@ def fit(
 
 
 def _combined(
-    name: str, residual: Tensor, mean: Tensor, weight: Weights, begun: np.ndarray | None, ghost: Ghost | None = None
+    name: str,
+    residual: Tensor,
+    mean: Tensor,
+    weight: Weights,
+    begun: np.ndarray | None,
+    ghost: Ghost | None = None,
+    before: Tensor | None = None,
 ) -> FittedDiscrepancy:
-    pictures = list(basis(name, mean, ghost))
+    pictures = list(basis(name, mean, ghost, before))
     squares = LeastSquares(mean.shape, weight, len(pictures))
     return FittedDiscrepancy(squares.solve(residual, map(squares.at, pictures), begun), ghost)
 
@@ -187,9 +198,6 @@ def add(
         return _of_pixels(torch.from_numpy(fitted.coefficients), mean)
     if name == "outliers" or not fitted.coefficients.size:
         return torch.zeros_like(mean)
-    if name == "mixing":
-        assert before is not None
-        return mixing.added(mean, fitted.coefficients, before)
     if name == "levels":
         levels = torch.from_numpy(fitted.coefficients).float()
         return levels[torch.bucketize(mean.contiguous(), (levels[1:] + levels[:-1]) / 2)] - mean
@@ -204,7 +212,7 @@ def add(
         field = torch.tensordot(torch.from_numpy(fitted.coefficients).float(), cosines(*mean.shape[-2:], _COSINES), 1)
         return (_carrier(name, mean) * field).expand_as(mean)
     added = torch.zeros_like(mean)
-    for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost), strict=True):
+    for coefficient, wave in zip(fitted.coefficients.tolist(), basis(name, mean, fitted.ghost, before), strict=True):
         added += coefficient * wave
     return added
 

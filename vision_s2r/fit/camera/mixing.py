@@ -5,11 +5,7 @@ Neither a grain nor a lamp knows what the last frame showed.
 
 from collections.abc import Iterator
 
-import numpy as np
-import torch
 from torch import Tensor
-
-from vision_s2r.fit.camera.student import LeastSquares
 
 MIXED = 0.5  # share of what is left in one light that the frame before takes away, from which light is not to blame
 _LEAST_PIXELS = 400  # that tell anything
@@ -31,21 +27,11 @@ def of_frame_before(residual: Tensor, mean: Tensor, counted: Tensor) -> float:
     return float((values @ other).square() / ((other @ other) * (values @ values)).clamp(min=1e-12))
 
 
-def fit(residual: Tensor, mean: Tensor, weight: Tensor, before: Tensor) -> np.ndarray:
-    """Coefficients of what frames have of those `before` them, for residuals about a mean, each [B, C, H, W]."""
-    pictures = list(_mixed(mean, before))
-    squares = LeastSquares(mean.shape, weight, len(pictures))
-    return squares.solve(residual, map(squares.at, pictures))
+def mixtures(mean: Tensor, before: Tensor) -> Iterator[Tensor]:
+    """By how much a mixture with the frames `before` is more than a mean, each [B, C, H, W].
 
-
-def added(mean: Tensor, coefficients: np.ndarray, before: Tensor) -> Tensor:
-    """What such a mixture adds to a mean [B, C, H, W]."""
-    pictures = torch.stack(list(_mixed(mean, before)))
-    return torch.tensordot(torch.from_numpy(coefficients).float(), pictures, 1)
-
-
-def _mixed(mean: Tensor, before: Tensor) -> Iterator[Tensor]:
-    """Of coded values, or of light, which is about their square: by how much a mixture of such a share is more."""
+    One of coded values, and some of light, which is about their square.
+    """
     yield before - mean
     for share in _SHARES:
         yield (mean.square() * (1 - share) + before.square() * share).sqrt() - mean
