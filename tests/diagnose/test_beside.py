@@ -15,8 +15,8 @@ class Evident:
 
     discrepancies, segments = {"unknown": None}, 1
 
-    def __init__(self, guessed):
-        self.guessed = frozenset(guessed)
+    def __init__(self, guessed=(), limitless=()):
+        self.guessed, self.limitless = frozenset(guessed), limitless
 
     def fit(self, names, segments, start):
         nats = 13.0 * ("limit" in names) + 30.0 * ("friction" in names)
@@ -25,10 +25,21 @@ class Evident:
     def starts_beside(self, beside, names):
         return dict.fromkeys(names, (13.0, beside))
 
+    def unbounded(self, hypothesis, name):
+        return name in self.limitless
+
+
+def found(case):
+    in_turn = lambda function, calls: [function(*call) for call in calls]  # noqa: E731
+    assessor = SimpleNamespace(cfg=SearchConfig(), left=lambda found: 0.0, begun=[], run=in_turn)
+    search = BesideUnknownSearch(case, assessor, ["friction", "limit"], frozenset())
+    return search.best([(frozenset(), NOMINAL)]).values.keys()
+
 
 @pytest.mark.parametrize(("guessed", "expected"), [((), {"friction", "limit"}), (("damping",), {"friction"})])
 def test_beside_guesses_more_is_asked_of_a_name(guessed, expected):
-    in_turn = lambda function, calls: [function(*call) for call in calls]  # noqa: E731
-    assessor = SimpleNamespace(cfg=SearchConfig(), left=lambda found: 0.0, begun=[], run=in_turn)
-    search = BesideUnknownSearch(Evident(guessed), assessor, ["friction", "limit"], frozenset())
-    assert search.best([(frozenset(), NOMINAL)]).values.keys() == expected
+    assert found(Evident(guessed)) == expected
+
+
+def test_a_limit_that_may_as_well_be_none_is_in_no_set():
+    assert found(Evident(limitless=("limit",))) == {"friction"}

@@ -10,6 +10,7 @@ from tests.diagnose.stand_in import CURVES, DISCREPANCIES, Curves, T, recording
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import SearchConfig
 from vision_s2r.diagnose.guesses import _with_causes
+from vision_s2r.diagnose.one_case import by_free_runs
 from vision_s2r.diagnose.report import report
 from vision_s2r.diagnose.search import COINCIDENCE, Found, Search
 from vision_s2r.diagnose.settle import settle
@@ -178,6 +179,15 @@ def test_beside_something_unknown_the_simulator_is_no_worse_than_one_that_is_ide
         assert found["gap"]["after"] <= found["gap"]["refitted"] < 0.9 * found["gap"]["before"]
     assert large["verdict"] == "unexplained" and large["refitted"]
     assert small["verdict"] == "partly_explained" and names(small) == {"slope"}
+
+
+@pytest.mark.parametrize(("size", "named"), [(4.0, {"slope"}), (1.0, set())])
+def test_a_measured_value_is_a_cause_beside_something_unknown_that_is_next_to_nothing(
+    size: float, named: set[str]
+) -> None:
+    """What is unknown may pass for a wrong value, but leaves more of it."""
+    found = diagnosed(recording(4, slope=size, other=0.2 * np.sin(40 * np.pi * T)))
+    assert names(found) == named and {each["name"] for each in found["refitted"]} == {"offset", "slope"} - named
 
 
 def test_of_two_guessed_parameters_that_say_the_same_one_is_named_and_known(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -464,7 +474,7 @@ def test_a_cause_is_stated_beside_a_name_that_no_free_run_holds() -> None:
     base = assessor.one(it.refitted)  # a simulator that is better without the wave, as one beside something unknown
     found = replace(settled.found, effects=frozenset({"wave"}))
     without = replace(settled, found=found, simulator=simulator_of(it, assessor, base, base.names))
-    stated = _with_causes(it, without, it.guessed)
+    stated = _with_causes(it, assessor, without, it.guessed)
     assert stated.found.effects == {"slope", "wave"}
     assert all(name in stated.source(name)[0].values for name in stated.found.effects)
 
@@ -505,6 +515,20 @@ def test_what_something_unknown_resembles_is_said_in_the_order_of_what_each_does
         it.discrepancies = both
         found = Search(it, Assessor(it, SearchConfig(), jobs=1, seed=0)).run()
         assert found.resembles == tuple(sorted(both, reverse=smooth > fine))
+
+
+@pytest.mark.parametrize(("other", "named"), [(0.2, {"wave"}), (1.0, set())])
+def test_free_runs_name_what_leaves_next_to_nothing_of_what_is_left_without_a_name(
+    other: float, named: set[str]
+) -> None:
+    it = Curves(recording(4, wave=2.0, other=other * np.sin(40 * np.pi * T)))
+    assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
+    search, base = Search(it, assessor), assessor.one(it.refitted)
+    assessor.one(it.refitted | {"wave"})  # what a search may have tried
+    unknown = assessor.one(it.refitted | Names(it.discrepancies))
+    nothing = Found(unknown, base, assessor.one(frozenset()), base, Names(), Names(it.discrepancies), (), False)
+    settled = by_free_runs(it, assessor, search, settle(it, assessor, nothing))
+    assert settled.found.effects == named
 
 
 def test_to_a_coincidence_of_unknowns_none_is_added(monkeypatch: pytest.MonkeyPatch) -> None:

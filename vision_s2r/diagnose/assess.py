@@ -48,6 +48,11 @@ class Assessment:
         """What is left of held-out segments."""
         return rest(self.excess)
 
+    @property
+    def is_sized(self) -> bool:
+        """Whether each effect has parameters in every fit: an encoder without steps has none."""
+        return all(all(each.values.values()) for each in (self.hypothesis, *self.folds))
+
 
 @dataclass(frozen=True)
 class Gain:

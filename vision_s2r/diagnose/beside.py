@@ -66,10 +66,13 @@ class BesideUnknownSearch:
 
     def borne_out(self, begun: Iterable[tuple[Names, Hypothesis]], doubted: Names) -> Hypothesis:
         """`best` without what looks like a stand-in, or is doubted and brings too little for that; in no set then."""
-        best = self.best(begun)
-        while stand_ins := frozenset(name for name in self._effects(best) if self._stands_in(best, name, doubted)):
-            self._refused |= stand_ins
-            best = self._climbed(self._fit(self._effects(best) - stand_ins, best), self._moved)
+        return self._refusing(self.best(begun), lambda best, name: self._stands_in(best, name, doubted))
+
+    def _refusing(self, best: Hypothesis, refused: Callable[[Hypothesis, str], bool]) -> Hypothesis:
+        """The best set without effects that are refused there; they are in no set from then on."""
+        while names := frozenset(name for name in self._effects(best) if refused(best, name)):
+            self._refused |= names
+            best = self._climbed(self._fit(self._effects(best) - names, best), self._moved)
         return best
 
     def _stands_in(self, best: Hypothesis, name: str, doubted: Names) -> bool:
@@ -96,7 +99,8 @@ class BesideUnknownSearch:
             return max(self._fitted.values(), key=self._score)
         # The screen may not see an effect that shows in the company of another.
         self._climbed(max(self._fitted.values(), key=lambda of: of.extra[EVIDENCE]), self._less)
-        return self._climbed(max(self._fitted.values(), key=self._score), self._moved)
+        best = self._climbed(max(self._fitted.values(), key=self._score), self._moved)
+        return self._refusing(best, self._case.unbounded)
 
     def _climbed(self, best: Hypothesis, moves: Callable[[Hypothesis], Iterable[Hypothesis]]) -> Hypothesis:
         """The end of moves that each lead to a better set."""

@@ -1,7 +1,8 @@
-"""The end of a search where a simulator's nominal values are guesses, as a position servo's are.
+"""The end of a search where a simulator's nominal values are wrong, though something else is left.
 
-A guess that is off is a cause, unless it may well be what the simulator had. Effects that free runs of several motions
-are surely better with stay in the simulator without a name.
+A guess that is off, as a position servo's may be, is a cause, unless it may well be what the simulator had; a value
+that was measured is one where next to nothing is left with it. Effects that free runs of several motions are surely
+better with stay in the simulator without a name.
 """
 
 from dataclasses import replace
@@ -9,19 +10,29 @@ from dataclasses import replace
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.settled import LARGE_SHARE, Settled
-from vision_s2r.diagnose.simulator import BETTER, Simulator, is_open, simulator_of, surely
-from vision_s2r.fit.case import Case, Names
+from vision_s2r.diagnose.simulator import BETTER, Simulator, simulator_of, surely
+from vision_s2r.fit.case import Case, Elsewhere, Names
 
-LITTLE = 0.1  # of the squared gap: beside what leaves no more, nominal parameters are causes, not stand-ins
+LITTLE = 0.1  # of the squared gap: beside what leaves no more, guessed parameters are causes, not stand-ins
+HARDLY = 0.01  # … and measured ones, that close so much of it that they do no unknown's work: that leaves more
+MUCH_SHARE = 0.25  # of the gap, that the interval of a measured value's share must not reach below
+UNLIKE_UNKNOWNS = frozenset({"inertia"})  # that no function of motion or command does the work of
 WIDE = 10.0  # between the ends of its interval: a size that is known no better beside guesses and something unknown
 
 
 def finished(case: Case, assessor: Assessor, settled: Settled) -> Settled:
-    """With what free runs are better with; a guessed parameter is a cause where it is one with that and without."""
-    known = _with_causes(case, settled, case.guessed)
+    """With what free runs are better with; a nominal parameter is a cause where it is one with that and without."""
+    known = _with_causes(case, assessor, settled, frozenset(case.library))
     more = _with_more(case, assessor, settled)
-    return known if more is settled else _with_causes(case, more, known.found.effects)
+    return known if more is settled else _with_causes(case, assessor, more, known.found.effects)
+
+
+def _off(case: Case, simulator: Simulator) -> Names:
+    """Nominal values that another motion would find off, too."""
+    nominal = [name for name in simulator.names if case.library[name].source == "dynamics"]
+    return frozenset(name for name in nominal if not as_believed(case, simulator.assessment, name, elsewhere=True))
 
 
 def without_vague(case: Case, assessor: Assessor, settled: Settled) -> Settled:
@@ -51,7 +62,7 @@ def _with_more(case: Case, assessor: Assessor, settled: Settled) -> Settled:
 
     Unnamed: predictions may not agree on their size, and stretches of one motion would take what is wrong on others.
     """
-    if not (is_open(settled.found) and case.guessed and case.motions > 1):
+    if not (settled.found.is_open and case.guessed and case.motions > 1):
         return settled
     simulator = settled.simulator
     while more := _one_more(case, assessor, simulator, settled.harmful):
@@ -68,20 +79,19 @@ def _one_more(case: Case, assessor: Assessor, simulator: Simulator, harmful: Nam
     gains = case.screen(simulator.hypothesis, free)
     promising = sorted((name for name in free if gains[name] > assessor.cfg.evidence), key=lambda name: -gains[name])
     wanted = [(simulator.names | {name}, simulator.hypothesis) for name in promising[: assessor.cfg.contenders]]
-    # An encoder without steps has no size.
-    fits = [each for each in assessor.assess(wanted) if all(each.hypothesis.values.values())]
+    fits = [each for each in assessor.assess(wanted) if each.is_sized]
     tried = [simulator_of(case, assessor, each, each.names) for each in fits]
     best = min(tried, key=lambda each: each.left, default=simulator)
     relief, rest = simulator.error - best.error, simulator.error - case.floor(range(case.segments))
     return best if surely(assessor, relief, 1 - BETTER**2, rest) else None
 
 
-def _with_causes(case: Case, settled: Settled, among: Names) -> Settled:
-    """With the guessed parameters, of these, that are causes, and known to differ from what they were guessed to be."""
+def _with_causes(case: Case, assessor: Assessor, settled: Settled, among: Names) -> Settled:
+    """With the nominal parameters, of these, that are causes, and known to differ from what was believed."""
     found, simulator = settled.found, settled.simulator
     # Names that are sure beside something unknown may be in no simulator: then theirs is the fit that counts.
     final = simulator.assessment if found.effects <= simulator.names else found.final
-    causes = (_causes(case, settled) - found.effects) & final.names & among
+    causes = ((_causes(case, settled) | _measured(case, assessor, settled)) - found.effects) & final.names & among
     causes = frozenset(name for name in causes if not as_believed(case, simulator.assessment, name))
     if not causes:
         return settled
@@ -92,10 +102,27 @@ def _with_causes(case: Case, settled: Settled, among: Names) -> Settled:
 def _causes(case: Case, settled: Settled) -> Names:
     """Guessed parameters that are causes although something is left: little is, and they close much of the gap."""
     gap = settled.gap
-    if gap.after.mean() > LITTLE * gap.before.mean():
-        return frozenset()
-    guessed = (settled.simulator.names & case.guessed) - frozenset(case.not_excited)
+    guessed = settled.parts.keys() & case.guessed - case.not_excited.keys() if gap.left <= LITTLE else Names()
     return frozenset(name for name in guessed if gap.share(settled.parts[name]).ci[0] > LARGE_SHARE)
+
+
+def _measured(case: Case, assessor: Assessor, settled: Settled) -> Names:
+    """Likewise measured values, if hardly anything is left; none where a gain alone does better than each of them."""
+    gap = settled.gap
+    if case.guessed or not settled.found.is_open or gap.left > LITTLE:
+        return Names()
+    causes = _off(case, settled.simulator) - case.not_excited.keys()
+    causes = causes if gap.left <= HARDLY else causes & UNLIKE_UNKNOWNS
+    causes = frozenset(name for name in causes if gap.share(settled.parts[name]).ci[0] > MUCH_SHARE)
+    gains = Names().union(*case.simplify(settled.simulator.names)) - settled.simulator.names - case.refitted
+    alone = {name: _left_by(assessor, case, settled.found, name) for name in causes | gains if causes}
+    return causes if min(alone, key=lambda name: alone[name], default="") in causes else Names()
+
+
+def _left_by(assessor: Assessor, case: Case, found: Found, name: str) -> float:
+    """What is left where one nominal value alone is off, beside the named effects."""
+    names = found.effects | {name}
+    return simulator_of(case, assessor, assessor.one(names, found.final.hypothesis), names).left
 
 
 def is_known(case: Case, of: Assessment, name: str) -> bool:
@@ -104,9 +131,13 @@ def is_known(case: Case, of: Assessment, name: str) -> bool:
     return bool((intervals.prod(axis=1) * WIDE > (intervals**2).max(axis=1)).any())
 
 
-def as_believed(case: Case, of: Assessment, name: str) -> bool:
-    """Whether each parameter of an effect may well be what the simulator had: nominal values do all of its work."""
-    intervals = case.intervals(of.hypothesis)[name]
+def as_believed(case: Case, of: Assessment, name: str, elsewhere: bool = False) -> bool:
+    """Whether each parameter of an effect may well be what the simulator had: nominal values do all of its work.
+
+    `elsewhere`: as another motion would say.
+    """
+    ask = case.intervals_elsewhere if elsewhere and isinstance(case, Elsewhere) else case.intervals
+    intervals = ask(of.hypothesis)[name]
     had = {each.name: each.neutral for each in case.library[name].parameters}
     had |= {"value": case.replaced[name]} if name in case.replaced else {}
     kept = [(low, had[key], high) for key, (low, high) in intervals.items()]

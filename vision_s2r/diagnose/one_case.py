@@ -7,13 +7,14 @@ from typing import Any, TypeAlias
 
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
+from vision_s2r.diagnose.guesses import is_known
 from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.saved import SavedDiagnosis
 from vision_s2r.diagnose.search import Found, Search
 from vision_s2r.diagnose.settle import settle
 from vision_s2r.diagnose.settled import Settled
-from vision_s2r.diagnose.simulator import BETTER, is_open
+from vision_s2r.diagnose.simulator import BETTER, simulator_of
 from vision_s2r.effects import E
 from vision_s2r.errors import UserError, nearest
 from vision_s2r.fit.case import NOMINAL, Case, Names
@@ -23,6 +24,8 @@ from vision_s2r.report import figures
 from vision_s2r.report.drawing import Figures
 from vision_s2r.report.reading import library
 
+LIKELIEST = 3  # sets of effects, that free runs are asked about where nothing has a name
+NEXT_TO_NOTHING = 0.1  # of the squared error that is left without a name
 OfOneCase: TypeAlias = JointRecording | CameraRecording | ContactRecording  # an arm is of several
 
 
@@ -96,7 +99,7 @@ def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Se
     only in part.
     """
     settled = settle(case, assessor, found)
-    if not is_open(settled.found):
+    if not settled.found.is_open:
         return settled
     if case.guessed:
         more = search.resumed(settled.simulator.assessment)
@@ -117,7 +120,25 @@ def _beside_more(case: Case, assessor: Assessor, search: Search, found: Found, s
             if not _nameless(case, end):
                 return end
             doubted |= more.effects
-    return settled
+    return by_free_runs(case, assessor, search, settled)
+
+
+def by_free_runs(case: Case, assessor: Assessor, search: Search, settled: Settled) -> Settled:
+    """With effects that leave next to nothing of what free runs leave without a name; as it is where none do.
+
+    What a real machine does otherwise is often no function of what is measured: then no likelihood beside one tells.
+    """
+    most = NEXT_TO_NOTHING * settled.simulator.left
+    sets = [each for each in search.plain(LIKELIEST) if _left(case, assessor, each) <= most]
+    ends = [settle(case, assessor, each) for each in sets]
+    named = [each for each in ends if each.simulator.left <= most and not _nameless(case, each)]
+    named = [each for each in named if all(is_known(case, each.found.final, name) for name in each.found.effects)]
+    return min(named, key=lambda each: each.simulator.left, default=settled)
+
+
+def _left(case: Case, assessor: Assessor, found: Found) -> float:
+    """The mean of the squared error of free runs under all that a search ended with."""
+    return simulator_of(case, assessor, found.final, found.final.names).left
 
 
 def _nameless(case: Case, settled: Settled) -> bool:

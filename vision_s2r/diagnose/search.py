@@ -30,6 +30,11 @@ class Found:
     resembles: tuple[str, ...]  # these, what does most first, and those that would take off something of what is left
     adequate: bool  # nothing beyond noise is left
 
+    @property
+    def is_open(self) -> bool:
+        """Whether something is left that nothing explains."""
+        return bool(self.unknown) or not self.adequate
+
 
 class Search:
     """The search over sets of effects of one recording."""
@@ -47,6 +52,9 @@ class Search:
     def run(self) -> Found:
         """The smallest set that explains what can be explained."""
         found = self._searched()
+        while unbounded := self._unbounded(found):
+            self._rule_out(unbounded)
+            found = self._searched()
         fewer = fewer_names(self._case, self._assessor, found.final, self._candidates)
         return self._found(fewer, fewer, self._assessor.one(self._base)) if fewer else found
 
@@ -68,14 +76,25 @@ class Search:
             named, resembles = self._challenge(named, base)
             final = self._restore(named)
         if contradicted := self._contradicted(final):
-            self._candidates = [name for name in self._candidates if name not in contradicted]
-            self._screened.clear()
+            self._rule_out(contradicted)
             kept = self._assessor.one(final.names - contradicted - self._discrepancies, final.hypothesis)
             named, resembles = self._challenge(kept, base)
             final = self._restore(named)
         if integrating and (beside := self._instead_of_stand_ins(integrating, final)):
             return self._found(beside, beside, base)
         return self._found(final, named, base, resembles)
+
+    def _unbounded(self, found: Found) -> Names:
+        """Limits that may as well be none, where something is left: they do the work of another."""
+        case = self._integrating
+        if not (case and found.is_open):
+            return Names()
+        named = found.effects & frozenset(self._candidates)
+        return Names(name for name in named if case.unbounded(found.final.hypothesis, name))
+
+    def _rule_out(self, names: Names) -> None:
+        self._candidates = [name for name in self._candidates if name not in names]
+        self._screened.clear()
 
     def resumed(self, found: Assessment) -> Found | None:
         """The end of a search that comes upon this set, which leaves nothing, if it is no coincidence of effects."""
@@ -101,6 +120,14 @@ class Search:
             return None
         beside = self._assessor.one(frozenset(best.values) | self._base | self._discrepancies | disturbance, best)
         return self._found(beside, beside, self._assessor.one(self._base))
+
+    def plain(self, most: int) -> list[Found]:
+        """So many of the likeliest sets that were tried beside nothing unknown, as ends of a search."""
+        base, possible = self._assessor.one(self._base), self._base | frozenset(self._candidates)
+        tried = [each for each in self._assessor.assessed.values() if each.names <= possible and each.is_sized]
+        named = [each for each in tried if each.names - self._base]
+        best = sorted(named, key=lambda each: -each.score)[:most]
+        return [self._found(each, each, base) for each in best]
 
     def _found(self, final: Assessment, named: Assessment, base: Assessment, resembles: Names = frozenset()) -> Found:
         """`resembles`: discrepancies beside those that the final set fits; of its names some may come to nothing."""

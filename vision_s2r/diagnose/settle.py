@@ -7,7 +7,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.guesses import as_believed, finished, is_known, without_vague
 from vision_s2r.diagnose.search import COINCIDENCE, Found
 from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, apart_from, is_slight
-from vision_s2r.diagnose.simulator import BETTER, Simulator, is_open, simulator_at_end, simulator_of, surely
+from vision_s2r.diagnose.simulator import BETTER, Simulator, simulator_at_end, simulator_of, surely
 from vision_s2r.fit.case import Case, Names
 from vision_s2r.fit.gap import Share
 
@@ -25,7 +25,7 @@ def settle(case: Case, assessor: Assessor, found: Found) -> Settled:
         firm = _firm(assessor, found)
         simulator = simulator_at_end(case, assessor, found, firm)
         harmful = found.effects - simulator.names - firm - apart_from(case, simulator, firm)
-        if not is_open(found):  # nothing is left with them: a gap as small as the noise tells nothing of harm
+        if not found.is_open:  # nothing is left with them: a gap as small as the noise tells nothing of harm
             sure = frozenset(name for name in harmful if _needed(assessor, found, name))
             firm, harmful = firm | sure, harmful - sure
         found = replace(found, effects=found.effects - harmful)
@@ -70,7 +70,7 @@ def _replaced(assessor: Assessor, found: Found) -> str | None:
 def _partial(assessor: Assessor, found: Found) -> str | None:
     """The name that is furthest from doing all of its part, where something is left: it may be doing another's."""
     asked = assessor.cfg.mostly
-    if not (asked and is_open(found)):
+    if not (asked and found.is_open):
         return None
     known = found.final.names - found.unknown
     rest = assessor.one(known, found.final.hypothesis).rest
@@ -91,20 +91,20 @@ def _weak(case: Case, assessor: Assessor, settled: Settled) -> dict[str, bool]:
     found, weak = settled.found, {}
     for name in sorted(found.effects - frozenset(case.certain)):
         share, firm = settled.share(name), name in settled.firm
-        open_ended = is_open(found) and not assessor.cfg.plain
+        open_ended = found.is_open and not assessor.cfg.plain
         # Of a servo's gap, which shows in few stretches, a large share that may be nothing as soon is a stand-in's.
         doubtful = bool(case.guessed) and open_ended and share.ci[0] < LEAST_SHARE
         little = doubtful or (is_slight(share) and (firm or open_ended or not _needed(assessor, found, name)))
         doubted = bool(case.guessed) or found.final.evidence is not None  # by what nobody knows, or by an unknown
-        vague = is_open(found) and doubted and not is_known(case, found.final, name)
+        vague = found.is_open and doubted and not is_known(case, found.final, name)
         vain = bool(name in case.replaced or case.refitted) and as_believed(case, found.final, name)
         fit = settled.source(name)[1]
-        elsewhere = is_open(found) and case.may_vanish(fit, name)  # and so the simulator is to have none of it, too
+        elsewhere = found.is_open and case.may_vanish(fit, name)  # and so the simulator is to have none of it, too
         vanishing = _of_noise(assessor, found, name, share) or vague or vain or elsewhere
-        wavering = is_open(found) and case.wavers(fit, name)
+        wavering = found.is_open and case.wavers(fit, name)
         if little or vanishing or wavering:
             stays = wavering or not (firm or vanishing)  # as large as it is on average
-            helps = is_open(found) and bool(case.refitted or assessor.cfg.plain) and stays
+            helps = found.is_open and bool(case.refitted or assessor.cfg.plain) and stays
             weak[name] = name in case.refitted or name in case.measured or helps
     return weak
 
@@ -118,7 +118,7 @@ def _idle(
     motions are not: what brings little on those is often lost on these. Nor do several go that bring much together:
     about as well as the `whole`, from which others have gone already.
     """
-    if not (is_open(found) and case.refitted):
+    if not (found.is_open and case.refitted):
         return None
     least = NEEDED if case.guessed else 1 - BETTER**2
     floor, idle = case.floor(range(case.segments)), {}

@@ -45,7 +45,7 @@ def simulator_at_end(case: Case, assessor: Assessor, found: Found, firm: Names) 
     if not found.effects and assessor.adequate(found.nominal):
         return nominal
     best = simulator_of(case, assessor, found.final, found.final.names - found.unknown - firm)
-    if is_open(found):
+    if found.is_open:
         effects = best.names - case.refitted  # some may have no name
         identified = _identified(case, assessor, found)
         anew = assessor.one(effects | found.identified.names, found.final.hypothesis)
@@ -97,8 +97,3 @@ def simulator_of(case: Case, assessor: Assessor, assessment: Assessment, names: 
 def surely(assessor: Assessor, relief: np.ndarray, share: float, rest: np.ndarray) -> bool:
     """Whether what is gained [segments] is this share of what was left, or more, and surely something."""
     return bool(relief.mean() >= share * rest.mean()) and lower_bound(relief, SURE, assessor.seed) > 0
-
-
-def is_open(found: Found) -> bool:
-    """Whether something is left that nothing explains."""
-    return bool(found.unknown) or not found.adequate

@@ -222,6 +222,10 @@ class BesideUnknown(Case, Protocol):
         """About how many nats each effect would gain beside the unknown of a hypothesis, and where its fit begins."""
         ...
 
+    def unbounded(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether a limit that an effect is may as well be beyond all that is tried, as another motion would tell."""
+        ...
+
 
 @runtime_checkable
 class Elsewhere(Case, Protocol):

@@ -35,6 +35,11 @@ class Gap:
     floor: np.ndarray  # measurement noise
     seed: int
 
+    @property
+    def left(self) -> float:
+        """What of the squared gap is left."""
+        return float(self.after.mean() / max(self.before.mean(), 1e-300))
+
     def shrink(self, end: np.ndarray, start: np.ndarray | None = None) -> Share:
         """(start - end) / (before - floor) in root mean squares, and its interval; start is before unless given."""
         start = self.before if start is None else start

@@ -194,8 +194,10 @@ def rubbing_under_drag() -> JointRecording:
 
 @pytest.mark.slow
 def test_an_effect_beside_something_unknown_has_no_name_where_nobody_knows_its_size(monkeypatch) -> None:
-    vague = dict.fromkeys(TRUTH, (1e-7, 1e7))
-    monkeypatch.setattr(JointCase, "intervals", lambda self, of: dict.fromkeys(of.values, vague))
+    vague = (1e-7, 1e7)
+    monkeypatch.setattr(
+        JointCase, "intervals", lambda self, of: {name: dict.fromkeys(each, vague) for name, each in of.values.items()}
+    )
     report = diagnose(rubbing_under_drag(), DiagnoseConfig())
     assert report.verdict == "unexplained" and not report.effects
 

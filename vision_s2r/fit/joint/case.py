@@ -1,5 +1,6 @@
 """A log of a joint as a case of the diagnosis."""
 
+import math
 import threading
 from collections.abc import Container, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -268,6 +269,17 @@ class JointCase:
             return True
         return uncertainty.spread(scores, name) > INCONSTANT
 
+    def unbounded(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether a limit may as well be beyond all that is tried.
+
+        Of two limits one is enough: a drive whose torque has none, and whose speed has, is a wall in front of any speed
+        that a controller holds. None of a servo, whose controller is in the simulator.
+        """
+        if self.recording.servo:
+            return False
+        limits = [each.name for each in self.library[name].parameters if each.neutral == math.inf]
+        return bool(limits) and uncertainty.boundless(self.scores_elsewhere(hypothesis), name, limits)
+
     def contradicted(self, hypothesis: Hypothesis, name: str) -> bool:
         """No: what is explained is not asked again."""
         return False
@@ -286,6 +298,8 @@ class JointCase:
 
     def may_vanish(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether what regimes of this motion ask for leaves room for an effect that vanishes in another."""
+        if self.unbounded(hypothesis, name):
+            return True
         ends = self.intervals_elsewhere(hypothesis)[name]
         none = {each.name: each.neutral for each in self.library[name].parameters if each.neutral is not None}
         return bool(none) and all(ends[key][0] <= value <= ends[key][1] for key, value in none.items())

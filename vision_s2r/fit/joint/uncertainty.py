@@ -4,6 +4,7 @@ Curvature on the outside, the scatter of the blocks' scores inside (Huber, Fifth
 longer than the observer remembers.
 """
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -192,6 +193,13 @@ def at_bound(of: BlockScores, name: str) -> bool:
         if low or of.point[k] > space.high[k] - margin:
             return True
     return False
+
+
+def boundless(of: BlockScores, name: str, limits: Collection[str]) -> bool:
+    """Whether one of a name's `limits` may as well lie beyond all that is tried: its interval reaches out of there."""
+    space, reaches = of.space, reach(of)
+    own = (k for k, c in enumerate(space.coordinates) if space.owner[k] == name and c.parameter in limits)
+    return any(of.point[k] + reaches[k] >= space.high[k] for k in own)
 
 
 def _sandwich(of: BlockScores, level: float) -> tuple[np.ndarray, np.ndarray]:
