@@ -111,6 +111,11 @@ class DiagnoseConfig:
         "An answer in about a third of the time, from a third of the recording: of each size only the most promising "
         "sets of effects are tried, and none that shows in pairs alone. Report and summary say that it was quick.",
     )
+    bounds: bool = option(
+        False,
+        "Whether to say of each effect without a name how large it could still be. Takes about as long again; not of "
+        "arms.",
+    )
     withhold: list[str] = option([], "Effects that the diagnosis is to know nothing of, by name.")
     sensitivity: str = option(
         "",

@@ -8,6 +8,7 @@ from vision_s2r import parallel
 from vision_s2r.diagnose.config import DiagnoseConfig, check
 from vision_s2r.diagnose.one_case import Diagnosis, OfOneCase, diagnose_one
 from vision_s2r.diagnose.saved import SavedDiagnosis
+from vision_s2r.errors import UserError
 from vision_s2r.lazy import load
 from vision_s2r.progress import tracked
 from vision_s2r.recording import ArmRecording, Recording, read
@@ -28,10 +29,12 @@ def diagnose(recording: Recording, cfg: DiagnoseConfig | None = None, jobs: int 
     """Diagnose one recording with `jobs` threads.
 
     Of `cfg`, recording, out and jobs are of `diagnose_all`. Raises UserError where the recording is too short to hold
-    anything out, or cfg withholds an unknown effect.
+    anything out, or cfg withholds an unknown effect, or asks for an arm's bounds.
     """
     cfg = cfg or DiagnoseConfig()
     if isinstance(recording, ArmRecording):
+        if cfg.bounds:
+            raise UserError("bounds: an arm's report has none, expected false")
         of_arm: SavedDiagnosis = load("vision_s2r.diagnose.arm:diagnose_arm")(recording, cfg, jobs)  # imports MuJoCo
         return replace(of_arm, quick=True) if cfg.quick else of_arm
     return diagnose_one(recording, cfg, jobs)

@@ -67,7 +67,7 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1, opene
         settled = _settled(case, assessor, search, found)
         if isinstance(recording, CameraRecording) and recording.pairing == "paired":
             settled = settled.at(case.finer(settled.simulator.hypothesis))
-        written, experiment = report(case, assessor, settled)
+        written, experiment = report(case, assessor, settled, cfg.bounds)
     written |= {"quick": True} if cfg.quick else {}
     if isinstance(recording, JointRecording):
         written |= {"held_out": _held_out(recording, case, assessor, settled), "left_out": recording.left_out}

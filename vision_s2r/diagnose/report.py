@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.diagnose.assess import Assessment, Assessor
+from vision_s2r.diagnose.bounds import bounds
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, is_slight
@@ -25,13 +26,19 @@ MORE = "Record more of it, under conditions that differ more from each other tha
 LEFT, HIDDEN = "A part of the gap is left.", "Small effects may hide in this recording."
 
 
-def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, Any], Experiment]:
-    """Everything that the diagnosis says, as plain data, and the recording to make next."""
+def report(
+    case: Case, assessor: Assessor, settled: Settled, bounded: bool = False
+) -> tuple[dict[str, Any], Experiment]:
+    """Everything that the diagnosis says, as plain data, and the recording to make next.
+
+    `bounded`: and how large each effect without a name could be, which takes fits.
+    """
     found, simulator, gap = settled.found, settled.simulator, settled.gap
     equivalent = _equivalent(case, assessor, found)
     not_excited = {name: why for name, why in case.not_excited.items() if name not in found.effects}
     said = verdict(assessor, settled)
     effects = [_effect(case, assessor, settled, said, name) for name in sorted(found.effects)]
+    candidates = _candidates(case, assessor, settled, equivalent, said)
     experiment = _next(case, assessor, found, equivalent, sorted(not_excited), said)
     written = {
         "format": FORMAT,
@@ -43,7 +50,7 @@ def report(case: Case, assessor: Assessor, settled: Settled) -> tuple[dict[str, 
         "effects": sorted(effects, key=lambda effect: -effect["share"]),
         "refitted": [_refitted(case, settled, said, name) for name in sorted(simulator.names - found.effects)],
         "withheld": sorted(settled.harmful),
-        "candidates": _candidates(case, assessor, settled, equivalent, said),
+        "candidates": _with_bounds(case, assessor, settled, candidates) if bounded else candidates,
         "alternatives": _alternatives(case, assessor, found),
         "unexplained": _unexplained(case, assessor, settled, said),
         "next_experiment": experiment.sentence,
@@ -200,6 +207,15 @@ def _candidates(
                 line |= {"status": "undecided", "evidence": max(undecided.get(name, -np.inf), line["evidence"])}
         lines.append(line)
     return lines
+
+
+def _with_bounds(
+    case: Case, assessor: Assessor, settled: Settled, candidates: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    lines = dict(zip(case.library, candidates, strict=True))
+    asked = [name for name, line in lines.items() if line["status"] not in ("present", "not_excited")]
+    found = bounds(case, assessor, settled, asked)
+    return [line | ({"could_be": found[name]} if name in found else {}) for name, line in lines.items()]
 
 
 def _undecided(case: Case, assessor: Assessor, settled: Settled) -> dict[str, float]:

@@ -120,6 +120,14 @@ class Touches:
 
 
 @dataclass(frozen=True)
+class SizeBounds:
+    """Between what a parameter of an effect without a name could be; None: without end."""
+
+    unit: str
+    ci: tuple[float | None, float | None]
+
+
+@dataclass(frozen=True)
 class Candidate:
     """What became of an effect that was asked about."""
 
@@ -128,6 +136,7 @@ class Candidate:
     evidence: float
     confusable_with: tuple[str, ...]
     reason: str | None = None  # why it is not excited, or not named
+    could_be: dict[str, SizeBounds] | None = None  # by parameter, how large it could be, where that was asked
     joint: str | None = None
     label: int | None = None
 

@@ -54,6 +54,7 @@ def environment() -> jinja2.Environment:
         "ends": words.interval_percent,
         "measured": words.measured,
         "interval": words.interval,
+        "room": words.room,
         "png": lambda figure: "data:image/png;base64," + base64.b64encode(png(figure)).decode(),
     }
     return found

@@ -171,6 +171,15 @@ def interval(parameter: Mapping[str, Any]) -> str:
     return " to ".join(rounded(end, parameter["ci"]) for end in parameter["ci"])
 
 
+def room(parameter: Mapping[str, Any]) -> str:
+    """Between what a parameter of an effect without a name could be."""
+    low, high = parameter["ci"]
+    ends = interval(parameter) if None not in (low, high) else "anything"
+    ends = f"at least {number(low)}" if high is None and low is not None else ends
+    ends = f"at most {number(high)}" if low in (None, 0) and high is not None else ends
+    return f"{ends} {parameter['unit']}".rstrip()
+
+
 def number(value: float) -> str:
     """Three significant digits."""
     return signed(f"{value:.3g}" if abs(value) < 1000 else f"{value:.0f}")
