@@ -100,3 +100,19 @@ def test_an_arm_is_diagnosed_from_one_motion_and_tried_on_the_others(tmp_path, m
 def test_a_folder_without_logs_is_one_line(tmp_path):
     with pytest.raises(UserError, match="no logs in it"):
         hardware.study(HardwareConfig(path=str(tmp_path)))
+
+
+@pytest.mark.slow
+def test_what_is_added_to_a_log_is_found_beside_what_it_has(tmp_path, monkeypatch):
+    write(log(3), tmp_path / "logs" / "axis" / "one")
+    monkeypatch.setattr(hardware, "DiagnoseConfig", lambda: DiagnoseConfig(joint=QUICK))
+    cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"), added=True)
+    table = next(json.loads(path.read_text()) for path in hardware.study(cfg) if path.stem == "added")
+    assert table["columns"] == ["added", "axis, one"] and len(table["rows"]) == 12
+    said = dict(table["rows"])["viscous damping"]  # of which the log has twice as much as is believed
+    found, size = float(said.split()[0]), float(said.split()[2])
+    assert found == pytest.approx(size, rel=0.1) and "named" in said
+    monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
+    assert json.loads(next(path for path in hardware.study(cfg) if path.stem == "added").read_text()) == table
+    with pytest.raises(UserError, match="added asks for diagnoses, but diagnose is false"):
+        hardware.study(replace(cfg, diagnose=False))

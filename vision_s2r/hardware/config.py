@@ -25,6 +25,10 @@ class HardwareConfig:
     diagnose: bool = option(
         True, "Diagnose each; false: only identify joints' nominal values, in seconds, and try them on the others."
     )
+    added: bool = option(
+        False,
+        "Diagnose each log of torques or forces again with each of a dozen known effects added to it: what is found?",
+    )
     jobs: int = option(1, "Threads of a diagnosis.", low=1)
 
 
@@ -33,8 +37,9 @@ def check(cfg: HardwareConfig) -> None:
     validate(cfg)
     if not cfg.path:
         raise UserError("path is missing, expected path=DIR, a folder of logs")
-    if cfg.together and not cfg.diagnose:
-        raise UserError("together asks for diagnoses, but diagnose is false")
+    for key, asked in (("together", bool(cfg.together)), ("added", cfg.added)):
+        if asked and not cfg.diagnose:
+            raise UserError(f"{key} asks for diagnoses, but diagnose is false")
 
 
 ConfigStore.instance().store("hardware_schema", node=HardwareConfig)

@@ -16,12 +16,19 @@ from vision_s2r.files import write
 from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
-from vision_s2r.hardware import bam
+from vision_s2r.hardware import added, bam
 from vision_s2r.hardware.arms import arm_table, diagnose_arm_of, folder_of, is_arm, measured_arms
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
-from vision_s2r.hardware.tables import agreement_table, friction_table, identified_table, table, together_table
+from vision_s2r.hardware.tables import (
+    added_table,
+    agreement_table,
+    friction_table,
+    identified_table,
+    table,
+    together_table,
+)
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
 from vision_s2r.recording import JointRecording, read, split
@@ -29,7 +36,7 @@ from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
 T = TypeVar("T")
-IDENTIFIED = "identified.json"
+IDENTIFIED, ADDED = "identified.json", "added.json"
 LEAST_LOGS = 3  # episodes, of which one is left out
 
 
@@ -56,6 +63,8 @@ def study(cfg: HardwareConfig) -> list[Path]:
             _write(folder / "measured.json", _measured(machine, motions, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
             _write(folder / "left_out.json", _left_out(machine.recordings[motions[0]], folder, cfg.jobs))
+        if cfg.added and len(motions) == 1:
+            _measure_added(machine.recordings[motions[0]], folder, cfg.jobs)
     return _tables(found, out)
 
 
@@ -90,6 +99,11 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
         each for machine in found if is_arm(machine) for each in measured_arms(machine, out / "reports" / machine.name)
     ]
     tables |= {"arms": arm_table(arms)} if arms else {}
+    with_effects = {
+        each: [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
+        for folder, each in ((folder, f"{m['machine']}, {m['motions'][0]}") for folder, m in done.items())
+    }
+    tables |= {"added": added_table(with_effects)} if any(with_effects.values()) else {}
     for folder, measured in done.items():
         if (folder / "left_out.json").exists() and (errors := _read(folder / "left_out.json")):
             tables[Path(measured["machine"]).name] = friction_table(measured, errors)
@@ -165,6 +179,19 @@ def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
         },
         "seconds": time.process_time() - started,
     }
+
+
+def _measure_added(recording: Path, folder: Path, jobs: int) -> None:
+    """Each effect that can be added to a log, diagnosed below its `folder` unless that is done."""
+    log = read(recording)
+    if not isinstance(log, JointRecording) or log.servo:
+        return
+    for each in added.with_effects(log):
+        out = folder / "added" / each.effect
+        if not (out / ADDED).exists():
+            diagnosis = diagnose(each.recording, DiagnoseConfig(), jobs)
+            diagnosis.save(out)
+            _write(out / ADDED, added.measured(each, diagnosis.to_dict(), read_report(folder / "report.json")))
 
 
 def _error(recording: JointRecording, given: Values) -> float:

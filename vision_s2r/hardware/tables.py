@@ -145,6 +145,31 @@ def agreement_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
 
 
+def added_table(added: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
+    """Effects added to logs, a log a column: what the diagnosis finds of them beyond what the log itself asks for."""
+    told = {log: {str(each["effect"]): _told(each) for each in effects} for log, effects in added.items() if effects}
+    effects = sorted({effect for of_log in told.values() for effect in of_log})
+    return {
+        "command": "vision-s2r hardware path=DIR added=true",
+        "source": "found of what was added, beyond what the log as it is asks for; 95 % interval of what another "
+        "motion would say; with its share of the gap where it is named",
+        "columns": ["added", *told],
+        "rows": [
+            [effect.replace("_", " "), *(of_log.get(effect, "–") for of_log in told.values())] for effect in effects
+        ],
+    }
+
+
+def _told(each: Mapping[str, Any]) -> str:
+    found, size, unit = each["found"], f"{each['size']:.3g}", f" {each['unit']}".rstrip()
+    others = "".join(f"; and {name.replace('_', ' ')}" for name in each["others"])
+    if found is None:
+        return f"not found, of {size}{unit}{others}"
+    value, *ends = (f"{number - each['from']:.3g}" for number in (found["value"], *found["ci"]))
+    said = "without a name" if each["share"] is None else f"named, {each['share']:.0%}"
+    return f"{value} of {size}{unit} ({' to '.join(ends)}), {said}{others}"
+
+
 def friction_table(measured: Mapping[str, Any], errors: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     """Logs left out in turn: mean absolute errors under friction models, and under what the diagnosis names."""
     count = len(next(iter(errors.values()))["errors"])
