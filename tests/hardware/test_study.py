@@ -113,6 +113,10 @@ def test_what_is_added_to_a_log_is_found_beside_what_it_has(tmp_path, monkeypatc
     found, size = float(said.split()[0]), float(said.split()[2])
     assert found == pytest.approx(size, rel=0.1) and "named" in said
     monkeypatch.setattr(hardware, "diagnose", None)  # nothing is left to be measured
+    alone = tmp_path / "out" / "reports" / "axis" / "one" / "measured.json"
+    together = json.loads(alone.read_text()) | {"motions": ["one", "two"]}
+    alone.parent.with_name("one+two").mkdir()
+    (alone.parent.with_name("one+two") / "measured.json").write_text(json.dumps(together))
     assert json.loads(next(path for path in hardware.study(cfg) if path.stem == "added").read_text()) == table
     with pytest.raises(UserError, match="added asks for diagnoses, but diagnose is false"):
         hardware.study(replace(cfg, diagnose=False))

@@ -13,7 +13,7 @@ from typing import Any
 from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.settled import Settled
 from vision_s2r.effects import Parameter
-from vision_s2r.fit.case import Case, Elsewhere, Hypothesis
+from vision_s2r.fit.case import Case, Hypothesis, intervals_of
 from vision_s2r.fit.selection import EVIDENCE
 
 COSTS = 2.0  # nats, that a size has to cost not to be what a recording leaves room for
@@ -25,12 +25,14 @@ def bounds(case: Case, assessor: Assessor, settled: Settled, names: Sequence[str
 
     An end of None is one that no size is beyond: a stiffness may be anything above.
     """
-    found = assessor.run(partial(_bounds, case, settled.found.final), [(name,) for name in names])
+    final = settled.found.final
+    least = _nats(case, final.hypothesis) - COSTS
+    found = assessor.run(partial(_bounds, case, final, least), [(name,) for name in names])
     return {name: each for name, each in zip(names, found, strict=True) if each}
 
 
-def _bounds(case: Case, final: Assessment, name: str) -> dict[str, Any]:
-    names, every, least = final.names | {name}, range(case.segments), _nats(case, final.hypothesis) - COSTS
+def _bounds(case: Case, final: Assessment, least: float, name: str) -> dict[str, Any]:
+    names, every = final.names | {name}, range(case.segments)
     fitted = case.fit(names, every, final.hypothesis)
     if not fitted.values.get(name):
         return {}
@@ -39,7 +41,7 @@ def _bounds(case: Case, final: Assessment, name: str) -> dict[str, Any]:
         if _nats(case, fitted) > least:
             break
         fitted = case.fit(names, every, _smaller(fitted, name, sizes))
-    intervals = (case.intervals_elsewhere if isinstance(case, Elsewhere) else case.intervals)(fitted)[name]
+    intervals = intervals_of(case, fitted, elsewhere=True)[name]
     found = {}
     for size, none in sizes.items():
         ends = [*intervals[size.name], none]

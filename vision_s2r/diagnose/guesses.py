@@ -13,7 +13,7 @@ from vision_s2r.diagnose.assess import Assessment, Assessor
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.settled import LARGE_SHARE, Settled
 from vision_s2r.diagnose.simulator import BETTER, Simulator, simulator_of, surely
-from vision_s2r.fit.case import Case, Elsewhere, Names
+from vision_s2r.fit.case import Case, Names, intervals_of
 
 LITTLE = 0.1  # of the squared gap: beside what leaves no more, guessed parameters are causes, not stand-ins
 HARDLY = 0.01  # … and measured ones, that close so much of it that they do no unknown's work: that leaves more
@@ -136,8 +136,7 @@ def as_believed(case: Case, of: Assessment, name: str, elsewhere: bool = False) 
 
     `elsewhere`: as another motion would say.
     """
-    ask = case.intervals_elsewhere if elsewhere and isinstance(case, Elsewhere) else case.intervals
-    intervals = ask(of.hypothesis)[name]
+    intervals = intervals_of(case, of.hypothesis, elsewhere)[name]
     had = {each.name: each.neutral for each in case.library[name].parameters}
     had |= {"value": case.replaced[name]} if name in case.replaced else {}
     kept = [(low, had[key], high) for key, (low, high) in intervals.items()]

@@ -10,7 +10,7 @@ from vision_s2r.diagnose.bounds import bounds
 from vision_s2r.diagnose.locate import where
 from vision_s2r.diagnose.search import Found
 from vision_s2r.diagnose.settled import LEAST_SHARE, Settled, is_slight
-from vision_s2r.fit.case import Case, Elsewhere, Experiment, Hypothesis, Names
+from vision_s2r.fit.case import Case, Experiment, Hypothesis, Names, intervals_of
 from vision_s2r.fit.gap import Gap, Share
 from vision_s2r.report.reading import FORMAT
 
@@ -145,10 +145,7 @@ def _parameters(case: Case, settled: Settled, said: str, name: str) -> dict[str,
     hypothesis, fit = settled.source(name)
     values = hypothesis.values[name]
     # What is left of a gap may bend values, and bends them otherwise in another motion.
-    if said in OPEN and isinstance(case, Elsewhere):
-        intervals = case.intervals_elsewhere(fit)[name]
-    else:
-        intervals = case.intervals(fit)[name]
+    intervals = intervals_of(case, fit, elsewhere=said in OPEN)[name]
     return {
         p.name: {"value": values[p.name], "unit": case.unit_of(p), "ci": list(intervals[p.name])}
         for p in case.library[name].parameters

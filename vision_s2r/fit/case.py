@@ -245,6 +245,13 @@ class Fit(Protocol):
         ...
 
 
+def intervals_of(case: Case, hypothesis: Hypothesis, elsewhere: bool) -> Intervals:
+    """A hypothesis' intervals; those of what another recording would say where that is asked and the case knows it."""
+    if elsewhere and isinstance(case, Elsewhere):
+        return case.intervals_elsewhere(hypothesis)
+    return case.intervals(hypothesis)
+
+
 def confusable(name: str, fits: Iterable[tuple[str, Fit]]) -> Names:
     """Effects that may pass for this one, by either side's record; none for what is no effect."""
     records = dict(fits)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.fit.joint.slopes import episode_slopes
 from vision_s2r.joint import JOINT_EFFECTS, unit
 from vision_s2r.recording import JointRecording
 
@@ -70,12 +70,9 @@ class _Log:
     @classmethod
     def of(cls, recording: JointRecording) -> "_Log":
         half = max(round(SMOOTHED / recording.sample_time), 1)
-        q, v, a = (np.zeros(recording.position.shape) for _ in range(3))
-        for k, length in enumerate(recording.lengths):
-            inside, time = (k, slice(int(length))), recording.time[k, :length]
-            q[inside] = recording.position[inside]
-            v[inside] = slopes(q[inside], time, half)
-            a[inside] = slopes(v[inside], time, half)
+        velocity = episode_slopes(recording.position, recording.time, recording.lengths, half)
+        acceleration = episode_slopes(velocity, recording.time, recording.lengths, half)
+        q, v, a = (np.nan_to_num(each) for each in (recording.position, velocity, acceleration))
         return cls(recording, recording.nominal["torque_constant"] * recording.command, q, v, a)
 
     @property

@@ -100,8 +100,9 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     ]
     tables |= {"arms": arm_table(arms)} if arms else {}
     with_effects = {
-        each: [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
-        for folder, each in ((folder, f"{m['machine']}, {m['motions'][0]}") for folder, m in done.items())
+        f"{each['machine']}, {each['motions'][0]}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
+        for folder, each in done.items()
+        if len(each["motions"]) == 1
     }
     tables |= {"added": added_table(with_effects)} if any(with_effects.values()) else {}
     for folder, measured in done.items():
@@ -186,12 +187,13 @@ def _measure_added(recording: Path, folder: Path, jobs: int) -> None:
     log = read(recording)
     if not isinstance(log, JointRecording) or log.servo:
         return
+    without = read_report(folder / "report.json")
     for each in added.with_effects(log):
         out = folder / "added" / each.effect
         if not (out / ADDED).exists():
             diagnosis = diagnose(each.recording, DiagnoseConfig(), jobs)
             diagnosis.save(out)
-            _write(out / ADDED, added.measured(each, diagnosis.to_dict(), read_report(folder / "report.json")))
+            _write(out / ADDED, added.measured(each, diagnosis.to_dict(), without))
 
 
 def _error(recording: JointRecording, given: Values) -> float:

@@ -174,9 +174,10 @@ def interval(parameter: Mapping[str, Any]) -> str:
 def room(parameter: Mapping[str, Any]) -> str:
     """Between what a parameter of an effect without a name could be."""
     low, high = parameter["ci"]
-    ends = interval(parameter) if None not in (low, high) else "anything"
-    ends = f"at least {number(low)}" if high is None and low is not None else ends
-    ends = f"at most {number(high)}" if low in (None, 0) and high is not None else ends
+    if high is None:
+        ends = "anything" if low is None else f"at least {number(low)}"
+    else:
+        ends = f"at most {number(high)}" if low in (None, 0) else interval(parameter)
     return f"{ends} {parameter['unit']}".rstrip()
 
 

@@ -14,7 +14,7 @@ from vision_s2r.fit.joint.effect import JOINT_FITS
 from vision_s2r.fit.joint.fitter import JointFitter, names_of
 from vision_s2r.fit.joint.free_run import REACH
 from vision_s2r.fit.joint.quantization import QuantizationGrid
-from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.fit.joint.slopes import episode_slopes, slopes
 from vision_s2r.fit.joint.track import JointTrack, fast_noise
 
 REVERSAL = 0.1  # s to either side of a change of direction
@@ -86,10 +86,7 @@ class FreeRunGap:
     def _velocity(self, position: np.ndarray, velocity: np.ndarray | None) -> np.ndarray:
         if velocity is not None:
             return velocity
-        out = np.full(position.shape, np.nan)
-        for k, (row, values, length) in enumerate(zip(out, position, self._track.lengths, strict=True)):
-            row[:length] = slopes(values[:length], self._track.time[k, :length], REACH)
-        return out
+        return episode_slopes(position, self._track.time, self._track.lengths, REACH)
 
     def _axes(self) -> list[tuple[str, tuple[str, ...], np.ndarray]]:
         track, inside = self._track, self._track.segment >= 0

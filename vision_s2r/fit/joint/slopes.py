@@ -21,3 +21,11 @@ def slopes(values: np.ndarray, times: np.ndarray, half: int) -> np.ndarray:
     curves = (np.linalg.pinv(basis) @ sliding_window_view(values, 2 * half + 1)[..., None])[..., 0]
     centre = np.clip(np.arange(len(values)) - half, 0, len(windows) - 1)
     return np.asarray(curves[centre, 1] + 2 * curves[centre, 2] * (times - middle[centre, 0]))
+
+
+def episode_slopes(values: np.ndarray, times: np.ndarray, lengths: np.ndarray, half: int) -> np.ndarray:
+    """`slopes` [E, T] of each episode, of values and times [E, T]; NaN beyond its end."""
+    out = np.full(values.shape, np.nan)
+    for k, length in enumerate(lengths):
+        out[k, :length] = slopes(values[k, :length], times[k, :length], half)
+    return out

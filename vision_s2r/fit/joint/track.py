@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vision_s2r.fit.joint.slopes import slopes
+from vision_s2r.fit.joint.slopes import episode_slopes
 from vision_s2r.joint import NominalJoint, Tables, simulate
 from vision_s2r.joint.simulation import prepared
 from vision_s2r.joint.tangent import tangents
@@ -265,10 +265,8 @@ def led_by(track: JointTrack, predicted: np.ndarray) -> JointTrack:
     Only what the prediction lacks is smoothed: what the commands cause at once is in it already.
     """
     rest = track.position - predicted[..., 0]
-    velocity = np.full(rest.shape, np.nan)
     half = min(SMOOTH[1], (int(track.lengths.min()) - 1) // 2)
-    for k, (row, values, length) in enumerate(zip(velocity, rest, track.lengths, strict=True)):
-        row[:length] = slopes(values[:length], track.time[k, :length], half)
+    velocity = episode_slopes(rest, track.time, track.lengths, half)
     # The observer's position is pushed at every sample, which is no velocity of its own.
     pushed = track.leak * rest / track.sample_time
     observed = np.stack([track.position, predicted[..., 1] + velocity + pushed], axis=2)
@@ -345,10 +343,7 @@ def _smoothed(position: np.ndarray, lengths: np.ndarray, time: np.ndarray) -> np
     wanted = (1.5 * (noise / (0.02 * rough * sample_time)) ** 2) ** (1 / 3) if rough > 0 else SMOOTH[1]
     half = int(np.clip(np.ceil(wanted), *SMOOTH))
     half = min(half, (int(lengths.min()) - 1) // 2)
-    out = np.full(position.shape, np.nan)
-    for k, (row, values, length) in enumerate(zip(out, position, lengths, strict=True)):
-        row[:length] = slopes(values[:length], time[k, :length], half)
-    return out
+    return episode_slopes(position, time, lengths, half)
 
 
 def _first(observed: np.ndarray, no_velocity: bool) -> np.ndarray:
