@@ -261,7 +261,7 @@ def measure_noise(
     large = pictures.scale < 1
     counted, mean, residual = _left(whole, reference)
     made = scattered(pictures, reference, float(jpeg[0]), mean) if jpeg and not large else ()
-    bins = measure(residual, mean, counted, jpeg is None, pictures.encoding, made)
+    bins = measure(residual, mean, counted, jpeg is None, pictures.encoding, made, pictures.light == STEADY)
     rounding = 0.0 if jpeg else step**2 / 12
     through = _encoder(float(jpeg[0]), bins) if jpeg else IDENTITY
     base = _CODED_NOISE if jpeg else base_noise(bins, range(len(mean)), reference, step)

@@ -107,11 +107,13 @@ def measure(
     white: bool,
     encoding: Curve,
     scattered: Iterable[tuple[Tensor, Tensor]] = (),
+    steady: bool = True,
 ) -> NoiseBins:
     """The noise in flat places: of residuals [N, C, H, W] about a prediction `mean`, where `counted`.
 
     `white`: only what differs between neighbours is looked at, so that a smooth error of the prediction is none.
-    `scattered`: what an encoder makes of noise of several strengths, as `codec.scattered` says it.
+    `scattered`: what an encoder makes of noise of several strengths, as `codec.scattered` says it. Where light is not
+    `steady`, frames are not quite predicted in theirs.
     """
     count, channels = residual.shape[:2]
     fine = detail(mean)
@@ -124,7 +126,7 @@ def measure(
         squared = noise.square()
     else:
         level = smoothed(mean)
-        fine_part = _filtered(residual, flat, white)
+        fine_part = _filtered(residual, flat, white, steady)
         squared = independent_squares(fine_part, flat, level) if white else fine_part.square()
     index = _place(level, encoding).long().clamp(max=BINS - 1)
     shape = (count, channels, BINS)
@@ -162,12 +164,12 @@ def _spreads(squares: Tensor, counts: Tensor) -> np.ndarray:
     return np.asarray(torch.cummax(mean.sqrt(), 0).values.numpy())
 
 
-def _filtered(residual: Tensor, flat: Tensor, white: bool) -> Tensor:
+def _filtered(residual: Tensor, flat: Tensor, white: bool, steady: bool) -> Tensor:
     """Residuals [N, C, H, W] without what is no noise: what neighbours share where it is white, else wrong light."""
     if white:
         kernel = _IMMERKAER.expand(residual.shape[1], 1, 3, 3)
         return F.conv2d(F.pad(residual, (1,) * 4, mode="replicate"), kernel, groups=residual.shape[1])
-    if float(residual[flat.expand_as(residual)].square().median()) > IMPLAUSIBLE:
+    if not steady or float(residual[flat.expand_as(residual)].square().median()) > IMPLAUSIBLE:
         return within_blocks(residual)
     return residual
 
