@@ -6,6 +6,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from vision_s2r.diagnose.assess import Assessor
+from vision_s2r.diagnose.common_light import with_common_light
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.diagnose.guesses import is_known
 from vision_s2r.diagnose.quick import part_of, quickly
@@ -66,6 +67,7 @@ def diagnose_one(recording: OfOneCase, cfg: DiagnoseConfig, jobs: int = 1, opene
             found = search.run()
         settled = _settled(case, assessor, search, found)
         if isinstance(recording, CameraRecording) and recording.pairing == "paired":
+            settled = with_common_light(case, assessor, settled)
             settled = settled.at(case.finer(settled.simulator.hypothesis))
         written, experiment = report(case, assessor, settled, cfg.bounds)
     written |= {"quick": True} if cfg.quick else {}

@@ -158,7 +158,7 @@ def _equivalent(case: Case, assessor: Assessor, found: Found) -> list[Assessment
     final, library = found.final, frozenset(case.library)
     swaps = [
         (final.names - {name} | {rival}, final.hypothesis)
-        for name in sorted(found.effects)
+        for name in sorted(found.effects & final.names)
         for rival in sorted(case.confusable(name) & library - final.names - frozenset(case.not_excited))
     ]
     swaps += [(names, final.hypothesis) for names in case.simplify(final.names) if len(names) <= len(final.names)]
@@ -263,14 +263,14 @@ def _evidence(case: Case, assessor: Assessor, settled: Settled, name: str) -> fl
 
     Beside something unknown, which may do its work there, or in the simulator that has nothing unknown.
     """
-    signature = {**case.certain, **case.measured}
+    signature = {**case.certain, **case.measured, **settled.witnessed}
     ends = [settled.found.final]
     if settled.simulator.assessment.names == settled.simulator.names:
         ends.append(settled.simulator.assessment)
     gains = (
         assessor.gain(end, assessor.one(end.names - {name}, end.hypothesis)).nats for end in ends if name in end.names
     )
-    return max(*gains, signature.get(name, 0.0))
+    return max([*gains, signature.get(name, 0.0)])
 
 
 def _places(case: Case, assessor: Assessor, settled: Settled) -> list[dict[str, Any]]:

@@ -1,6 +1,7 @@
 """Whose the gap is: the part that each name of a settled search closes."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class Settled:
     gap: Gap
     parts: dict[str, np.ndarray]  # [segments] of the squared gap that each name closes, by Shapley
     stated: dict[str, np.ndarray]  # … and what is said of each effect: where that is next to nothing, beside all others
+    witnessed: Mapping[str, float] = field(default_factory=dict)  # effects that whole frames tell, by evidence in nats
     vague: Names = frozenset()  # guessed parameters that would be causes, but stand in for one that is
 
     @classmethod

@@ -207,10 +207,10 @@ class JointPart:
 
 @dataclass(frozen=True)
 class UnsteadyLight:
-    """Light that photographs do not share: fitted to each frame under every hypothesis, and no effect of the camera."""
+    """Light that photographs do not share: fitted to each frame under every hypothesis."""
 
     differs_in: str  # exposure: each frame's own; field: and a smooth field of light besides
-    exposure: tuple[float, ...]  # of each frame against the simulator's
+    exposure: tuple[float, ...]  # of each frame against the simulator's, with the effects named
     spread: float  # standard deviation of these
     unit: str
 

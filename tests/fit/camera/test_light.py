@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 import torch
@@ -10,6 +11,7 @@ from tests.fit.camera.test_camera_case import EVERY, FRAMES, SIZE, opened, recor
 from vision_s2r.camera.colour import to_coded, to_linear
 from vision_s2r.diagnose.config import DiagnoseConfig
 from vision_s2r.diagnose.diagnose import diagnose
+from vision_s2r.diagnose.replay import replay
 from vision_s2r.fit.camera.discrepancy import FEW
 from vision_s2r.fit.camera.finer import with_finer_warps
 from vision_s2r.fit.camera.light import FrameLight, stops
@@ -93,6 +95,35 @@ def test_an_exposure_beside_a_slight_flicker_has_its_name_and_a_flicker_alone_is
     stops = 0.06 * np.array([1.0, -1.0, 0.5, -0.5, 1.5, -1.5])[:, None]
     assert named(lit_by(2**stops, exposure={"stops": -0.3})) == {"exposure"}
     assert not named(lit_by(2**stops))
+
+
+def test_what_frames_own_exposures_have_in_common_has_its_name_and_what_they_have_not_has_none(tmp_path) -> None:
+    stops = 0.25 * np.array([1.0, -0.5, -1.5, 1.5, 0.5, -1.0])[:, None]
+    darker = lit_by(2**stops, exposure={"stops": -0.9})
+    assert opened(darker).unsteady
+    report = diagnose(darker, DiagnoseConfig(jobs=1)).to_dict()
+    (found,) = report["effects"]
+    assert found["name"] == "exposure" and found["share"] > 0.7 and found["evidence"] > 3
+    low, high = found["parameters"]["stops"]["ci"]
+    assert low < -0.9 < high < -0.5 and report["gap"]["after"] < 0.5 * report["gap"]["before"]
+    status = {each["name"]: each["status"] for each in report["candidates"]}
+    assert status["exposure"] == "present" and abs(np.mean(report["light"]["exposure"])) < 0.1
+    values = {found["name"]: {"stops": found["parameters"]["stops"]["value"]}}
+    assert replay(darker, values, tmp_path)["gap"]["after"] == pytest.approx(report["gap"]["after"], rel=0.1)
+    assert not diagnose(lit_by(2**stops), DiagnoseConfig(jobs=1)).to_dict()["effects"]
+
+
+def test_what_a_frames_light_is_predicted_wrongly_by_is_no_noise_of_encoded_photographs() -> None:
+    rng, recording, x = np.random.default_rng(5), recorded(defocus_blur={"radius": 2.0}), np.linspace(-1, 1, SIZE)
+    gain = np.exp(rng.normal(0, 0.15, (FRAMES, 1, 1, 1)))
+    rippled = 1 + 0.08 * np.cos(6 * x + rng.uniform(0, 6, (FRAMES, 1)))[:, None, :, None]
+    real = (recording.real * gain * rippled * 0.75 * 255).clip(0, 255).astype(np.uint8)
+    files = [cv2.imencode(".jpg", each[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 90])[1] for each in real]
+    encoded = np.stack([cv2.imdecode(each, cv2.IMREAD_COLOR)[..., ::-1] for each in files])
+    case = opened(replace(recording, real=encoded.astype(np.float32) / 255))
+    variance, _ = case.study.bins.variance(EVERY)
+    assert case.unsteady and "jpeg_compression" in case.certain
+    assert np.nanmean(np.sqrt(variance)) < 3.5 / 255
 
 
 def test_a_frames_light_is_told_from_its_surfaces() -> None:

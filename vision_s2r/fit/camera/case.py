@@ -11,6 +11,8 @@ from torch import Tensor
 
 from vision_s2r.effects import Effect, Parameter, unqualified
 from vision_s2r.fit.camera import axes, discrepancy
+from vision_s2r.fit.camera.common_light import CommonLight
+from vision_s2r.fit.camera.coordinates import at_bound
 from vision_s2r.fit.camera.doubts import CameraDoubts
 from vision_s2r.fit.camera.effect import CAMERA_FITS
 from vision_s2r.fit.camera.finer import with_finer_warps
@@ -72,6 +74,7 @@ class CameraCase:
         self._fitter = fitter = CameraFitter(study, predictor, library, self.discrepancies)
         self._screen = CameraScreen(study, predictor, fitter, library, self.discrepancies)
         self._uncertainty = CameraUncertainty(study, fitter)
+        self._common = CommonLight(study, fitter.target)
         self._doubts = CameraDoubts(study, predictor, fitter, self._uncertainty, library, self.certain, recording.bits)
 
     def session(self) -> AbstractContextManager[None]:
@@ -194,7 +197,22 @@ class CameraCase:
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
-        return self._uncertainty.intervals(hypothesis)
+        common = sorted(self.common_light & hypothesis.values.keys())
+        found = self._uncertainty.intervals(hypothesis)
+        return found | self._common.intervals(hypothesis.values, common) if common else found
+
+    @property
+    def common_light(self) -> Names:
+        """Effects of light that may be in what frames' own lights have in common; none where light is steady."""
+        return self._common.names
+
+    def at_bound(self, hypothesis: Hypothesis, name: str) -> bool:
+        """Whether an effect is as large as it can be."""
+        return at_bound(name, hypothesis.values[name])
+
+    def with_common_light(self, hypothesis: Hypothesis, names: Names, segments: Segments) -> Hypothesis:
+        """A hypothesis with these effects as they are in the mean of the segments' frames, all else as it is."""
+        return replace(hypothesis, values=self._common.fit(hypothesis.values, names, segments))
 
     @torch.inference_mode()
     def finer(self, hypothesis: Hypothesis) -> Hypothesis:

@@ -47,6 +47,12 @@ def bounded(name: str, values: EffectValues) -> dict[str, float]:
     }
 
 
+def at_bound(name: str, values: EffectValues) -> bool:
+    """Whether a parameter sits at a bound at which the effect does not vanish."""
+    parameters = [each for each in PICTURE_EFFECTS[name].parameters if each.neutral is not None]
+    return any(values[each.name] in (each.low, each.high) and values[each.name] != each.neutral for each in parameters)
+
+
 def pack(values: Mapping[str, EffectValues], names: Sequence[str]) -> np.ndarray:
     """The fit's coordinates [P] of these effects, in the order of `names`."""
     return np.array([x for name in names for x in chart(name).inward(values[name])])

@@ -22,7 +22,7 @@ from vision_s2r.fit.camera.consistency import (
     detail_lacking,
     disagreement,
 )
-from vision_s2r.fit.camera.coordinates import at_scale
+from vision_s2r.fit.camera.coordinates import at_bound, at_scale
 from vision_s2r.fit.camera.discrepancy import IMITATING, RANDOM, available
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage, charted, of_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
@@ -126,15 +126,8 @@ class CameraDoubts:
 
     def suspicious(self, hypothesis: Hypothesis, name: str) -> bool:
         """Whether the effect sits at a bound, or differs between frames or parts of them more than a camera's does."""
-        values = hypothesis.values[name]
-        for parameter in self._library[name].parameters:
-            if parameter.neutral is None or name == "jpeg_compression":
-                continue
-            if (
-                values[parameter.name] in (parameter.low, parameter.high)
-                and values[parameter.name] != parameter.neutral
-            ):
-                return True
+        if name != "jpeg_compression" and at_bound(name, hypothesis.values[name]):
+            return True
         stage = CAMERA_FITS[name].stage
         if stage in ("grain", "noise"):
             return self._told(hypothesis, stage)
