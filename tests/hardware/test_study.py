@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from recordings import NOMINAL, an_arm
 
+from tests.fit.camera.test_camera_case import recorded
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
 from vision_s2r.errors import UserError
-from vision_s2r.hardware import arms, bam
+from vision_s2r.hardware import added_pictures, arms, bam
 from vision_s2r.hardware import study as hardware
 from vision_s2r.hardware.config import HardwareConfig
 from vision_s2r.joint import NominalJoint, pack, simulate
@@ -120,3 +121,18 @@ def test_what_is_added_to_a_log_is_found_beside_what_it_has(tmp_path, monkeypatc
     assert json.loads(next(path for path in hardware.study(cfg) if path.stem == "added").read_text()) == table
     with pytest.raises(UserError, match="added asks for diagnoses, but diagnose is false"):
         hardware.study(replace(cfg, diagnose=False))
+
+
+@pytest.mark.slow
+def test_what_is_added_to_photographs_is_found(tmp_path, monkeypatch):
+    write(recorded(lens_distortion={"k1": -0.2, "k2": 0.04}), tmp_path / "logs" / "camera" / "one")
+    few, all_of_them = {"exposure", "gamma"}, added_pictures.with_effects
+    monkeypatch.setattr(
+        added_pictures, "with_effects", lambda *given: (each for each in all_of_them(*given) if each.effect in few)
+    )
+    cfg = HardwareConfig(path=str(tmp_path / "logs"), out=str(tmp_path / "out"), added=True)
+    table = next(json.loads(path.read_text()) for path in hardware.study(cfg) if path.stem == "added")
+    assert table["columns"] == ["added", "camera, one"] and len(table["rows"]) == 2
+    for _, said in table["rows"]:
+        found, size = float(said.split()[0]), float(said.split()[2])
+        assert found == pytest.approx(size, rel=0.15) and "named" in said and "; and" not in said

@@ -13,7 +13,7 @@ class HardwareConfig:
     """Everything that `vision-s2r hardware` reads."""
 
     path: str = option(
-        "", "Folder of logs: recordings of joints or arms, motions of SAGE, benches of BAM, however deep in it."
+        "", "Folder of recordings of joints, arms or cameras, motions of SAGE, benches of BAM, however deep in it."
     )
     out: str = option(
         "outputs/hardware", "Folder of recordings/, reports/ and tables; what is measured there is not measured again."
@@ -27,7 +27,8 @@ class HardwareConfig:
     )
     added: bool = option(
         False,
-        "Diagnose each log of torques or forces again with each of a dozen known effects added to it: what is found?",
+        "Diagnose each log of a joint, and each set of photographs beside renders, again with each of a dozen known "
+        "effects added to it: what is found?",
     )
     jobs: int = option(1, "Threads of a diagnosis.", low=1)
 

@@ -49,7 +49,7 @@ def machines(path: Path, imported: Path) -> list[MachineRecordings]:
             found.setdefault(_named(folder, path), {})["all logs"] = imported / name
     if not found:
         raise UserError(
-            f"{path}: no logs in it, expected recordings of joints or arms, motions of SAGE or benches of BAM"
+            f"{path}: no logs in it, expected recordings of joints, arms or cameras, motions of SAGE or benches of BAM"
         )
     return [MachineRecordings(name, recordings) for name, recordings in sorted(found.items())]
 
@@ -59,7 +59,7 @@ def _is_recording(folder: Path) -> bool:
     if not header.is_file():
         return False
     content = header.read_text(encoding="utf-8")
-    return "kind: joint" in content or "kind: arm" in content
+    return any(f"kind: {kind}" in content for kind in ("joint", "arm", "camera"))
 
 
 def _named(folder: Path, path: Path) -> str:

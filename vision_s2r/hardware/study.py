@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -16,8 +16,8 @@ from vision_s2r.files import write
 from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
-from vision_s2r.hardware import added, bam
-from vision_s2r.hardware.arms import arm_table, diagnose_arm_of, folder_of, is_arm, measured_arms
+from vision_s2r.hardware import added, added_pictures, bam
+from vision_s2r.hardware.arms import REPORT, arm_table, diagnose_arm_of, folder_of, is_arm, measured_arms
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
@@ -31,7 +31,7 @@ from vision_s2r.hardware.tables import (
 )
 from vision_s2r.joint import JOINT_EFFECTS
 from vision_s2r.progress import tracked
-from vision_s2r.recording import JointRecording, read, split
+from vision_s2r.recording import CameraRecording, JointRecording, read, split
 from vision_s2r.recording.joined import read_together
 from vision_s2r.report.reading import diagnosed, read_report, values
 
@@ -55,6 +55,11 @@ def study(cfg: HardwareConfig) -> list[Path]:
             if cfg.diagnose:
                 diagnose_arm_of(machine, motions, folder, cfg.jobs)
             continue
+        recording = read(machine.recordings[motions[0]])
+        if isinstance(recording, CameraRecording):
+            if cfg.diagnose:
+                _diagnose_camera(recording, folder, cfg)
+            continue
         if not cfg.diagnose:
             if not (folder / IDENTIFIED).exists():
                 _write(folder / IDENTIFIED, _identified(machine, motions[0]))
@@ -63,8 +68,8 @@ def study(cfg: HardwareConfig) -> list[Path]:
             _write(folder / "measured.json", _measured(machine, motions, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
             _write(folder / "left_out.json", _left_out(machine.recordings[motions[0]], folder, cfg.jobs))
-        if cfg.added and len(motions) == 1:
-            _measure_added(machine.recordings[motions[0]], folder, cfg.jobs)
+        if cfg.added and len(motions) == 1 and isinstance(recording, JointRecording):
+            _measure_added(added.with_effects(recording, read_report(folder / REPORT)), folder, cfg.jobs)
     return _tables(found, out)
 
 
@@ -100,9 +105,10 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     ]
     tables |= {"arms": arm_table(arms)} if arms else {}
     with_effects = {
-        f"{each['machine']}, {each['motions'][0]}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
-        for folder, each in done.items()
-        if len(each["motions"]) == 1
+        f"{machine.name}, {motion}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
+        for machine in found
+        for motion in machine.recordings
+        if (folder := out / "reports" / machine.name / folder_of([motion])).exists()
     }
     tables |= {"added": added_table(with_effects)} if any(with_effects.values()) else {}
     for folder, measured in done.items():
@@ -182,13 +188,18 @@ def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
     }
 
 
-def _measure_added(recording: Path, folder: Path, jobs: int) -> None:
-    """Each effect that can be added to a log, diagnosed below its `folder` unless that is done."""
-    log = read(recording)
-    if not isinstance(log, JointRecording) or log.servo:
-        return
-    without = read_report(folder / "report.json")
-    for each in added.with_effects(log):
+def _diagnose_camera(recording: CameraRecording, folder: Path, cfg: HardwareConfig) -> None:
+    """The diagnosis of pictures, unless it stands there; and again with effects added, where that is asked for."""
+    if not (folder / REPORT).exists():
+        diagnose(recording, DiagnoseConfig(), cfg.jobs).save(folder)
+    if cfg.added and recording.pairing == "paired":
+        _measure_added(added_pictures.with_effects(recording, read_report(folder / REPORT)), folder, cfg.jobs)
+
+
+def _measure_added(with_effects: Iterable[added.Added], folder: Path, jobs: int) -> None:
+    """A recording with each effect that can be added to it, diagnosed below its `folder` unless that is done."""
+    without = read_report(folder / REPORT)
+    for each in with_effects:
         out = folder / "added" / each.effect
         if not (out / ADDED).exists():
             diagnosis = diagnose(each.recording, DiagnoseConfig(), jobs)

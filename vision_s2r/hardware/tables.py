@@ -146,13 +146,13 @@ def agreement_table(identified: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def added_table(added: Mapping[str, Sequence[Mapping[str, Any]]]) -> dict[str, Any]:
-    """Effects added to logs, a log a column: what the diagnosis finds of them beyond what the log itself asks for."""
+    """Effects added, a recording a column: what is found of them beyond what the recording itself asks for."""
     told = {log: {str(each["effect"]): _told(each) for each in effects} for log, effects in added.items() if effects}
     effects = sorted({effect for of_log in told.values() for effect in of_log})
     return {
         "command": "vision-s2r hardware path=DIR added=true",
-        "source": "found of what was added, beyond what the log as it is asks for; 95 % interval of what another "
-        "motion would say; with its share of the gap where it is named",
+        "source": "found of what was added, beyond what the recording as it is asks for; 95 % interval, of joints of "
+        "what another motion would say; with its share of the gap where it is named",
         "columns": ["added", *told],
         "rows": [
             [effect.replace("_", " "), *(of_log.get(effect, "–") for of_log in told.values())] for effect in effects
