@@ -205,14 +205,15 @@ class Assessor:
             return False
         values = {name: value for name, value in start.values.items() if name in names}
         extra = {key: value for key, value in start.extra.items() if key not in self.case.discrepancies or key in names}
-        return self._loglik(Hypothesis(values, extra)) > loglik + self.cfg.evidence
+        return self.loglik(Hypothesis(values, extra)) > loglik + self.cfg.evidence
 
-    def _loglik(self, hypothesis: Hypothesis) -> float:
+    def loglik(self, hypothesis: Hypothesis) -> float:
+        """The log-likelihood of all segments, nats."""
         return float(sum(blocks.sum() for blocks in self.case.loglik(hypothesis, range(self.case.segments))))
 
     def _fit(self, names: Names, start: Hypothesis) -> tuple[Hypothesis, float]:
         hypothesis = self.case.fit(names, range(self.case.segments), start)
-        return hypothesis, self._loglik(hypothesis)
+        return hypothesis, self.loglik(hypothesis)
 
     def _hold_out(self, names: Names, held: Segments) -> tuple[Hypothesis, list[np.ndarray], np.ndarray]:
         """The fit without a fold's segments, and of each of these log-likelihood [blocks] (nats) and excess."""

@@ -26,19 +26,19 @@ def bounds(case: Case, assessor: Assessor, settled: Settled, names: Sequence[str
     An end of None is one that no size is beyond: a stiffness may be anything above.
     """
     final = settled.found.final
-    least = _nats(case, final.hypothesis) - COSTS
-    found = assessor.run(partial(_bounds, case, final, least), [(name,) for name in names])
+    least = _nats(assessor, final.hypothesis) - COSTS
+    found = assessor.run(partial(_bounds, case, assessor, final, least), [(name,) for name in names])
     return {name: each for name, each in zip(names, found, strict=True) if each}
 
 
-def _bounds(case: Case, final: Assessment, least: float, name: str) -> dict[str, Any]:
+def _bounds(case: Case, assessor: Assessor, final: Assessment, least: float, name: str) -> dict[str, Any]:
     names, every = final.names | {name}, range(case.segments)
     fitted = case.fit(names, every, final.hypothesis)
     if not fitted.values.get(name):
         return {}
     sizes = _sizes(case, fitted, name)
     for _ in range(TRIES):
-        if _nats(case, fitted) > least:
+        if _nats(assessor, fitted) > least:
             break
         fitted = case.fit(names, every, _smaller(fitted, name, sizes))
     intervals = intervals_of(case, fitted, elsewhere=True)[name]
@@ -51,11 +51,11 @@ def _bounds(case: Case, final: Assessment, least: float, name: str) -> dict[str,
     return found
 
 
-def _nats(case: Case, of: Hypothesis) -> float:
+def _nats(assessor: Assessor, of: Hypothesis) -> float:
     """Log-likelihood; of what has something unknown integrated out, the evidence."""
     if EVIDENCE in of.extra:
         return float(of.extra[EVIDENCE])
-    return float(sum(each.sum() for each in case.loglik(of, range(case.segments))))
+    return assessor.loglik(of)
 
 
 def _sizes(case: Case, of: Hypothesis, name: str) -> dict[Parameter, float]:

@@ -58,13 +58,9 @@ def _with(case: Any, assessor: Assessor, settled: Settled, common: Names) -> Set
         case.with_common_light(fold, common, [k for k in every if k not in held])
         for held, fold in zip(assessor.folds, simulator.folds, strict=True)
     )
-    fit = simulator.assessment.hypothesis
-    fit = Hypothesis({**fit.values, **{name: whole.values[name] for name in common}}, fit.extra)
     simulator = replace(
-        simulator,
+        settled.at(whole).simulator,
         names=simulator.names | common,
-        hypothesis=whole,
-        assessment=replace(simulator.assessment, hypothesis=fit),
         folds=folds,
         error=held_out(case, assessor, folds),
     )

@@ -63,7 +63,7 @@ class Settled:
         return self.found.final.hypothesis, self.found.final.hypothesis
 
     def at(self, hypothesis: Hypothesis) -> "Settled":
-        """With other values of the names that the simulator has."""
+        """With other values of names that the simulator has, or is to have."""
         simulator, fit = self.simulator, self.simulator.assessment.hypothesis
         fit = replace(fit, values={**fit.values, **hypothesis.values})
         assessment = replace(simulator.assessment, hypothesis=fit)

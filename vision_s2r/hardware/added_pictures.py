@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vision_s2r.camera import CAMERA_EFFECTS
+from vision_s2r.camera.camera import default_intrinsics
 from vision_s2r.gapbench.generate.camera_effects import Geometry, Sensor, Values, photograph
 from vision_s2r.hardware.added import Added
 from vision_s2r.recording import CameraRecording
@@ -60,9 +61,8 @@ def _effects(recording: CameraRecording, quality: float | None) -> dict[str, dic
 def _taken(recording: CameraRecording, values: Values) -> np.ndarray:
     """The photographs [N, H, W, 3] as a camera with these effects takes them."""
     height, width = recording.real.shape[1:3]
-    fx, fy, cx, cy = (width, width, (width - 1) / 2, (height - 1) / 2)
-    if recording.intrinsics is not None:
-        fx, fy, cx, cy = map(float, recording.intrinsics)
+    intrinsics = default_intrinsics(height, width) if recording.intrinsics is None else recording.intrinsics
+    fx, fy, cx, cy = map(float, intrinsics)
     geometry = Geometry(width, height, fx, fy, cx, cy, margin=0)
     sensor = replace(SENSOR, linear=recording.encoding == "linear", bits=recording.bits)
     scenes = recording.real[..., :1] if recording.grey else recording.real

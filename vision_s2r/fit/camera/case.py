@@ -73,8 +73,8 @@ class CameraCase:
         self._predictor = predictor = CameraPredictor(study)
         self._fitter = fitter = CameraFitter(study, predictor, library, self.discrepancies)
         self._screen = CameraScreen(study, predictor, fitter, library, self.discrepancies)
-        self._uncertainty = CameraUncertainty(study, fitter)
-        self._common = CommonLight(study, fitter.target)
+        self._common = common = CommonLight(study, fitter.target)
+        self._uncertainty = CameraUncertainty(study, fitter, common)
         self._doubts = CameraDoubts(study, predictor, fitter, self._uncertainty, library, self.certain, recording.bits)
 
     def session(self) -> AbstractContextManager[None]:
@@ -197,9 +197,7 @@ class CameraCase:
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
-        common = sorted(self.common_light & hypothesis.values.keys())
-        found = self._uncertainty.intervals(hypothesis)
-        return found | self._common.intervals(hypothesis.values, common) if common else found
+        return self._uncertainty.intervals(hypothesis)
 
     @property
     def common_light(self) -> Names:

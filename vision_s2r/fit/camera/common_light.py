@@ -4,13 +4,12 @@ What frames have of their own hides such effects from predictions that allow for
 one light, where every frame is a single witness, however many pixels it has.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import torch
 
 from vision_s2r.fit.camera.coordinates import starts
-from vision_s2r.fit.camera.effect import NEEDS, of_stage
+from vision_s2r.fit.camera.effect import NEEDS
 from vision_s2r.fit.camera.fitting import Target, best_start, gauss_newton
 from vision_s2r.fit.camera.intervals import spread
 from vision_s2r.fit.camera.light import STEADY
@@ -31,9 +30,8 @@ class CommonLight:
     @property
     def names(self) -> Names:
         """Effects that nothing but frames' own lights hides."""
-        own = {"exposure", *of_stage("light")}
-        hidden = NEEDS["steady light"].lacking
-        return frozenset(name for name, why in self._study.not_excited.items() if name in own and why == hidden)
+        why, hidden = self._study.not_excited, NEEDS["steady light"].lacking
+        return frozenset(name for name in self._study.pictures.light.hides if why.get(name) == hidden)
 
     @torch.inference_mode()
     def fit(self, values: Values, names: Names, segments: Segments) -> Values:
@@ -45,10 +43,11 @@ class CommonLight:
         return gauss_newton(target, found, sorted(names), segments, _ITERATIONS)[0]
 
     @torch.inference_mode()
-    def intervals(self, values: Values, names: Sequence[str]) -> Intervals:
-        """95 % of what the mean of other frames would be."""
-        found = spread(self._scattering(values), self._study, values).intervals
-        return {name: found[name] for name in names}
+    def intervals(self, values: Values) -> Intervals:
+        """Of those of its effects that there are, 95 % of what the mean of other frames would be."""
+        common = sorted(self.names & values.keys())
+        found = spread(self._scattering(values), self._study, values).intervals if common else {}
+        return {name: found[name] for name in common}
 
     def _scattering(self, values: Values) -> Target:
         """In one light for all frames, whose own are what residuals are made of: a pixel is no outlier for that."""

@@ -14,6 +14,7 @@ from numba import njit
 from torch import Tensor
 
 from vision_s2r.camera.colour import PEDESTAL, Curve, to_linear
+from vision_s2r.fit.camera.effect import of_stage
 from vision_s2r.fit.camera.mixing import MIXED, of_frame_before
 from vision_s2r.fit.camera.smoothing import polynomials
 from vision_s2r.fit.camera.student import FREEDOM
@@ -74,6 +75,13 @@ class FrameLight:
     """What frames have of their own: an exposure, or a smooth field of gain and a veil over it."""
 
     kind: Kind
+
+    @property
+    def hides(self) -> frozenset[str]:
+        """Effects of which every frame may have a part of its own."""
+        if self.kind == "steady":
+            return frozenset()
+        return frozenset({"exposure"} | (of_stage("light") if self.kind == "field" else set()))
 
     def on(self, mean: Tensor, real: Tensor, weight: Tensor, curve: Curve) -> Lit:
         """The likeliest light of each frame: `mean` and `real` [B, C, H, W], `weight` [B, 1 or C, H, W], 0 unseen.

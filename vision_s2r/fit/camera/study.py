@@ -193,7 +193,7 @@ def light_of(levels: Sequence[Pictures], values: Values, names: Sequence[str]) -
 
 def hidden(light: FrameLight, pictures: Pictures, names: Sequence[str]) -> dict[str, str]:
     """Those of `names` that frames in a light of their own could not show, with the reason."""
-    lost = {name for name in names if name == "exposure" or (light.kind == "field" and name in of_stage("light"))}
+    lost = light.hides & set(names)
     if light.kind == "field" and excitation.two_toned(pictures):
         lost |= of_stage("tone") & set(names)
     return dict.fromkeys(sorted(lost), NEEDS["steady light"].lacking)

@@ -4,6 +4,7 @@ import numpy as np
 import torch
 from scipy.special import stdtrit
 
+from vision_s2r.fit.camera.common_light import CommonLight
 from vision_s2r.fit.camera.effect import APART, CAMERA_FITS, at_stage
 from vision_s2r.fit.camera.fitter import CameraFitter
 from vision_s2r.fit.camera.intervals import Spread, spread
@@ -18,13 +19,18 @@ _EDGE = 2.0  # px, to which the edge of an area is seen, where it may look like 
 class CameraUncertainty:
     """Spreads and intervals of hypotheses, each worked out once."""
 
-    def __init__(self, study: Study, fitter: CameraFitter) -> None:
-        self._study, self._fitter = study, fitter
+    def __init__(self, study: Study, fitter: CameraFitter, common: CommonLight) -> None:
+        self._study, self._fitter, self._common = study, fitter, common
         self._spreads: dict[tuple[object, ...], Spread] = {}
+        self._intervals: dict[tuple[object, ...], Intervals] = {}
 
     def intervals(self, hypothesis: Hypothesis) -> Intervals:
         """95 % of every parameter, from how frames differ."""
-        return self.spread(hypothesis).intervals | self._intervals_apart(hypothesis)
+        key = key_of(hypothesis)
+        if key not in self._intervals:
+            of_light = self._common.intervals(hypothesis.values)
+            self._intervals[key] = self.spread(hypothesis).intervals | self._intervals_apart(hypothesis) | of_light
+        return self._intervals[key]
 
     def _intervals_apart(self, hypothesis: Hypothesis) -> Intervals:
         """By leaving out groups of frames in turn (jackknife)."""
