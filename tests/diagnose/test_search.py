@@ -218,6 +218,14 @@ def test_where_something_is_left_every_nominal_parameter_is_as_the_data_ask_for(
         assert names(found) == {"wave"} and {each["name"] for each in found["refitted"]} == {"offset", "slope"}
 
 
+def test_a_refitted_value_without_a_name_is_undecided_and_one_that_nothing_asks_for_is_absent() -> None:
+    other = np.sin(40 * np.pi * T)
+    off, believed = (diagnosed(recording(4, wave=1.0, slope=size, other=other)) for size in (0.5, 0.0))
+    off, believed = (next(line for line in found["candidates"] if line["name"] == "slope") for found in (off, believed))
+    assert off["status"] == "undecided" and "refitted" in off["reason"] and off["evidence"] > 50
+    assert believed["status"] == "absent" and "reason" not in believed
+
+
 def test_beside_guesses_and_something_unknown_a_name_closes_half_of_what_is_left_without_it() -> None:
     """Else what it brings on held-out parts of this recording may be lost on another."""
     other = np.sin(40 * np.pi * T)
@@ -272,12 +280,13 @@ def test_a_simulator_that_leaves_nothing_is_where_a_search_goes_on_unless_it_is_
     assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
     search = Search(it, assessor)
 
-    def resumed(*more: str) -> Names | None:
-        found = search.resumed(assessor.one(it.refitted | {*more}))
+    def resumed(*more: str, hardly: bool = False) -> Names | None:
+        found = search.resumed(assessor.one(it.refitted | {*more}), hardly)
         return found.effects if found else None
 
     assert resumed("wave", "step") == {"wave", "slope"}  # what is not needed goes
     assert resumed("step") is None and resumed("wave", *DISCREPANCIES) is None  # something is left, or unknown
+    assert resumed("step", hardly=True) == {"step"}  # next to nothing of the gap
     it.y = recording(1, wave=0.5, slope=0.3, curve=0.4)
     assessor = Assessor(it, SearchConfig(), jobs=1, seed=0)
     search = Search(it, assessor)

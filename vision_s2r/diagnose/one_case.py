@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 from vision_s2r.diagnose.assess import Assessor
 from vision_s2r.diagnose.common_light import with_common_light
 from vision_s2r.diagnose.config import DiagnoseConfig, SearchConfig
-from vision_s2r.diagnose.guesses import is_known
+from vision_s2r.diagnose.guesses import HARDLY, is_known
 from vision_s2r.diagnose.quick import part_of, quickly
 from vision_s2r.diagnose.report import OPEN, report
 from vision_s2r.diagnose.saved import SavedDiagnosis
@@ -96,15 +96,16 @@ def _limits(recording: OfOneCase, cfg: DiagnoseConfig) -> SearchConfig:
 def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Settled:
     """The search's end settled; and gone on with where something is left.
 
-    Beside guesses, where the simulator leaves nothing, but has no name for why: what free runs are better with stays in
-    it unnamed, and the search had missed it then. Else where nothing has a name: the unknown may be no function, or
-    only in part.
+    Beside guesses, where the simulator leaves nothing, or next to nothing, but has no name for why: what free runs are
+    better with stays in it unnamed, and the search had missed it then. Else where nothing has a name: the unknown may
+    be no function, or only in part.
     """
     settled = settle(case, assessor, found)
     if not settled.found.is_open:
         return settled
     if case.guessed:
-        more = search.resumed(settled.simulator.assessment)
+        unnamed = settled.simulator.names - settled.found.effects - case.refitted
+        more = search.resumed(settled.simulator.assessment, bool(unnamed) and settled.gap.left <= HARDLY)
         named = settle(case, assessor, more) if more else settled
         return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
     return _beside_more(case, assessor, search, found, settled) if _nameless(case, settled) else settled
@@ -122,7 +123,7 @@ def _beside_more(case: Case, assessor: Assessor, search: Search, found: Found, s
             if not _nameless(case, end):
                 return end
             doubted |= more.effects
-    return by_free_runs(case, assessor, search, settled)
+    return by_free_runs(case, assessor, search, settled) if search.disturbances else settled
 
 
 def by_free_runs(case: Case, assessor: Assessor, search: Search, settled: Settled) -> Settled:

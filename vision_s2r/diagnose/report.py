@@ -21,6 +21,7 @@ SLIGHT = (
     f"it closes less than {LEAST_SHARE:.0%} of the gap, or may do so, or of one that is noise, or others do about as "
     "well without it"
 )
+REFITTED = "it is refitted, to another value than was believed, and what is left may be to blame"
 NEAR_FLOOR = 5.0  # times the floor: a gap this large is neither explained nor none, be it of rare instants
 MORE = "Record more of it, under conditions that differ more from each other than these."
 LEFT, HIDDEN = "A part of the gap is left.", "Small effects may hide in this recording."
@@ -198,6 +199,8 @@ def _candidates(
             rivals += [found.effects & case.guessed] if name in settled.vague else []
             if name in settled.slight:
                 line["reason"] = SLIGHT
+            elif name in undecided and name in found.refitted.names:
+                line["reason"] = REFITTED
             if any(rivals):
                 line |= {"status": "confusable", "confusable_with": sorted(frozenset().union(*rivals))}
             elif name in undecided or (said in OPEN and line["evidence"] > assessor.cfg.evidence):
@@ -216,17 +219,19 @@ def _with_bounds(
 
 
 def _undecided(case: Case, assessor: Assessor, settled: Settled) -> dict[str, float]:
-    """Effects that the recording does not rule out, and what each would gain.
+    """Effects that the recording does not rule out, and what each would gain, or all refitted nominal parameters.
 
     Beside the simulator that is reported, or refitted nominal parameters where it has no effect; or beside what is
     unknown as well: a flexible unknown may do an effect's work, and without it the effect may not show.
     """
     found, refitted = settled.found, settled.found.refitted
     names = [name for name in case.library if name not in case.not_excited]
-    base, gains = settled.simulator.hypothesis, dict[str, float]()
-    if not found.effects:
-        base = refitted.hypothesis
-        gains = {name: assessor.gain(refitted, found.nominal).nats for name in names if name in refitted.names}
+    end = settled.simulator if found.effects else refitted
+    base, gains = end.hypothesis, dict[str, float]()
+    if values := end.names & refitted.names - found.effects:
+        whole, less = (assessor.one(some, base) for some in (end.names, end.names - values))
+        together = assessor.gain(whole, less).nats  # one may do another's work
+        gains = {name: together for name in names if name in values}
     for each in (base, found.final.hypothesis):
         free = [name for name in names if name not in each.values and name not in refitted.names]
         for name, gain in case.screen(each, free).items():

@@ -96,13 +96,19 @@ class Search:
         self._candidates = [name for name in self._candidates if name not in names]
         self._screened.clear()
 
-    def resumed(self, found: Assessment) -> Found | None:
-        """The end of a search that comes upon this set, which leaves nothing, if it is no coincidence of effects."""
-        if found.names & self._discrepancies or not self._assessor.adequate(found):
+    def resumed(self, found: Assessment, hardly: bool) -> Found | None:
+        """The end of a search that comes upon this set, which leaves nothing, if it is no coincidence of effects.
+
+        Or which leaves next to nothing of the gap, and something beyond the noise (`hardly`).
+        """
+        if found.names & self._discrepancies:
             return None
+        base = self._assessor.one(self._base)
+        if not self._assessor.adequate(found):
+            return self._found(found, found, base) if hardly else None
         final = self._restore(found)
         alone = self._assessor.adequate(final) and len(final.names - self._certain) < COINCIDENCE
-        return self._found(final, final, self._assessor.one(self._base)) if alone else None
+        return self._found(final, final, base) if alone else None
 
     @property
     def disturbances(self) -> list[Names]:
