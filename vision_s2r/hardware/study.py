@@ -68,8 +68,10 @@ def study(cfg: HardwareConfig) -> list[Path]:
             _write(folder / "measured.json", _measured(machine, motions, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
             _write(folder / "left_out.json", _left_out(machine.recordings[motions[0]], folder, cfg.jobs))
-        if cfg.added and len(motions) == 1 and isinstance(recording, JointRecording):
-            _measure_added(added.with_effects(recording, read_report(folder / REPORT)), folder, cfg.jobs)
+        if cfg.added and isinstance(recording, JointRecording):
+            _measure_added(
+                added.with_effects(_together(machine, motions), read_report(folder / REPORT)), folder, cfg.jobs
+            )
     return _tables(found, out)
 
 
@@ -105,10 +107,9 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     ]
     tables |= {"arms": arm_table(arms)} if arms else {}
     with_effects = {
-        f"{machine.name}, {motion}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
+        f"{machine.name}, {folder.name}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
         for machine in found
-        for motion in machine.recordings
-        if (folder := out / "reports" / machine.name / folder_of([motion])).exists()
+        for folder in sorted((out / "reports" / machine.name).glob("*"))
     }
     tables |= {"added": added_table(with_effects)} if any(with_effects.values()) else {}
     for folder, measured in done.items():
@@ -131,8 +132,7 @@ def _write(path: Path, content: dict[str, Any]) -> None:
 
 def _measured(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> dict[str, Any]:
     """The diagnosis of one recording, or of several together, and errors on the others."""
-    recording = read_together([machine.recordings[motion] for motion in motions])
-    assert isinstance(recording, JointRecording)
+    recording = _together(machine, motions)
     started = time.process_time()
     diagnosis = diagnose(recording, DiagnoseConfig(), jobs)
     seconds = time.process_time() - started
@@ -159,6 +159,12 @@ def _measured(machine: MachineRecordings, motions: Sequence[str], folder: Path, 
         },
         "seconds": seconds,
     }
+
+
+def _together(machine: MachineRecordings, motions: Sequence[str]) -> JointRecording:
+    recording = read_together([machine.recordings[motion] for motion in motions])
+    assert isinstance(recording, JointRecording)
+    return recording
 
 
 def _identified(machine: MachineRecordings, motion: str) -> dict[str, Any]:
