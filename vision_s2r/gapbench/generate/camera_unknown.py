@@ -49,6 +49,8 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         sensor.charge_diffusion,
         processing.colour_smear,
         sensor.image_lag,
+        optics.coma,
+        optics.approaching_camera,
     ),
     "reporting": (
         optics.tilted_sensor,
@@ -63,7 +65,6 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         sensor.temporal_flicker,
         sensor.moire,
         optics.frame_jitter,
-        optics.coma,
         optics.lens_flare,
         optics.heat_haze,
         sensor.ccd_smear,
@@ -72,6 +73,9 @@ UNKNOWN: dict[str, tuple[Kind, ...]] = {
         processing.auto_white_balance,
         processing.chroma_subsampling,
         processing.temporal_denoising,
+        optics.turning_camera,
+        optics.drops,
+        processing.lost_blocks,
     ),
 }
 

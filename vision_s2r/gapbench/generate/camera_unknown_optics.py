@@ -1,6 +1,7 @@
 """What lenses do that the library of effects does not hold: kinds of unknown, see `camera_unknown`."""
 
 import math
+from collections.abc import Callable
 
 import cv2
 import numpy as np
@@ -210,16 +211,20 @@ def _off_axis(geometry: Geometry) -> tuple[Array, Array, Array]:
 
 
 def coma(strength: float, rng: Rng) -> tuple[str, Stage]:
-    """Points away from the axis have tails that point outwards, the longer the farther they are."""
+    """Points away from the axis have tails that point outwards, the longer the farther they are.
+
+    About their centres of light: a point that is moved besides is a lens' distortion.
+    """
     reach, count = 0.22 * strength, 9
+    parts, places = np.arange(count, 0, -1) / (count * (count + 1) / 2), np.linspace(0, 1, count)
 
     def step(canvas: Array, geometry: Geometry) -> Array:
         x, y, away = _off_axis(geometry)
         smeared = np.zeros_like(canvas)
-        for k in range(count):
-            size = 1 - reach * away * k / (count - 1)
-            smeared += (count - k) * warp(canvas, geometry.cx + x * size, geometry.cy + y * size, geometry, "linear")
-        return smeared / (count * (count + 1) / 2)
+        for part, place in zip(parts, places - parts @ places, strict=True):
+            size = 1 - reach * away * place
+            smeared += part * warp(canvas, geometry.cx + x * size, geometry.cy + y * size, geometry, "linear")
+        return smeared
 
     return "optics", step
 
@@ -294,5 +299,56 @@ def greasy_cover(strength: float, rng: Rng) -> tuple[str, Stage]:
         share = 0.9 * strength * np.exp(-squared / (2 * size**2))[..., None]
         light = to_linear(canvas)
         return to_coded((1 - share) * light + share * blurred(light, radius * geometry.scale))
+
+    return "optics", step
+
+
+def approaching_camera(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """The camera comes nearer while the shutter is open: lines away from where it goes."""
+    place, reach = rng.uniform(-0.3, 0.3, 2), 0.16 * strength
+    return "optics", _moving(place, lambda x, y, part: (x * (1 + reach * part), y * (1 + reach * part)))
+
+
+def turning_camera(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """The camera turns about a point of the picture while the shutter is open, as a wrist does."""
+    place, reach = rng.uniform(-0.5, 0.5, 2), 0.16 * strength
+
+    def turned(x: Array, y: Array, part: float) -> tuple[Array, Array]:
+        along, across = math.cos(reach * part), math.sin(reach * part)
+        return x * along - y * across, x * across + y * along
+
+    return "optics", _moving(place, turned)
+
+
+def _moving(place: Array, to: Callable[[Array, Array, float], tuple[Array, Array]]) -> Stage:
+    """The mean light of where pixels are looked up, x and y from this `place` of the picture, at parts -0.5 to 0.5."""
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        x, y = geometry.pixels()
+        cx, cy = geometry.cx + place[0] * geometry.width, geometry.cy + place[1] * geometry.height
+        x, y = np.broadcast_arrays(x - cx, y - cy)
+        light, parts = to_linear(canvas), np.linspace(-0.5, 0.5, 13)
+        summed = np.zeros_like(canvas)
+        for u, v in (to(x, y, float(part)) for part in parts):
+            summed += warp(light, cx + u, cy + v, geometry, "cubic")
+        return to_coded(np.maximum(summed / len(parts), 0))
+
+    return step
+
+
+def drops(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Drops of water on the cover: each shows its surroundings small, upside down and soft."""
+    places, sizes, soft = rng.uniform(0.05, 0.95, (9, 2)), rng.uniform(5, 14, 9), rng.uniform(1, 3)
+
+    def step(canvas: Array, geometry: Geometry) -> Array:
+        x, y = np.broadcast_arrays(*geometry.pixels())
+        seen, hazy = canvas, blurred(canvas, soft * geometry.scale)
+        for (u, v), size in zip(places, sizes * min(1.0, 0.3 + strength), strict=True):
+            dx, dy = x - u * geometry.width, y - v * geometry.height
+            inside = 1 / (1 + np.exp(np.clip((np.hypot(dx, dy) / size - 1) * 12, -50, 50)))
+            turned = warp(hazy, x - 3 * dx, y - 3 * dy, geometry, "linear")
+            share = min(1.0, 2 * strength) * inside[..., None]
+            seen = seen * (1 - share) + share * turned
+        return seen
 
     return "optics", step

@@ -110,3 +110,16 @@ def colour_smear(strength: float, rng: Rng) -> tuple[str, Stage]:
         return grey + np.stack(smeared)
 
     return "processing", step
+
+
+def lost_blocks(strength: float, rng: Rng) -> tuple[str, Stage]:
+    """Packets of a video link get lost: their blocks still show the frame before, others in each frame."""
+    seed, side = rng.integers(2**32), 16
+
+    def step(pictures: Array, geometry: Geometry) -> Array:
+        rows, columns = (-(-size // side) for size in pictures.shape[1:3])
+        lost = np.random.default_rng(seed).random((len(pictures), rows, columns)) < 0.5 * strength
+        lost = lost.repeat(side, 1).repeat(side, 2)[:, : pictures.shape[1], : pictures.shape[2], None]
+        return np.where(lost, np.roll(pictures, 1, 0), pictures)
+
+    return "processing", step
