@@ -108,7 +108,9 @@ def _settled(case: Case, assessor: Assessor, search: Search, found: Found) -> Se
         more = search.resumed(settled.simulator.assessment, bool(unnamed) and settled.gap.left <= HARDLY)
         named = settle(case, assessor, more) if more else settled
         return named if named.simulator.left * BETTER**2 <= settled.simulator.left else settled
-    return _beside_more(case, assessor, search, found, settled) if _nameless(case, settled) else settled
+    if _nameless(case, settled) and search.disturbances:
+        return _beside_more(case, assessor, search, found, settled)
+    return settled
 
 
 def _beside_more(case: Case, assessor: Assessor, search: Search, found: Found, settled: Settled) -> Settled:
@@ -123,7 +125,7 @@ def _beside_more(case: Case, assessor: Assessor, search: Search, found: Found, s
             if not _nameless(case, end):
                 return end
             doubted |= more.effects
-    return by_free_runs(case, assessor, search, settled) if search.disturbances else settled
+    return by_free_runs(case, assessor, search, settled)
 
 
 def by_free_runs(case: Case, assessor: Assessor, search: Search, settled: Settled) -> Settled:

@@ -29,6 +29,16 @@ def folder_of(motions: Sequence[str]) -> str:
     return "+".join(motions).replace(" ", "_")
 
 
+def diagnosed_motions(machine: MachineRecordings, folder: Path) -> dict[tuple[str, ...], Path]:
+    """Folders below this one of diagnoses of motions, each alone or together.
+
+    What was of a motion that is not there any more tells nothing.
+    """
+    called = {folder_of([name]): name for name in machine.recordings}
+    found = {each: each.name.split("+") for each in sorted(folder.glob("*"))}
+    return {tuple(called[part] for part in parts): each for each, parts in found.items() if called.keys() >= {*parts}}
+
+
 def diagnose_arm_of(machine: MachineRecordings, motions: Sequence[str], folder: Path, jobs: int) -> None:
     """The diagnosis of one motion, or of several together, unless it stands there: it takes minutes."""
     if not (folder / REPORT).exists():
@@ -42,12 +52,8 @@ def measured_arms(machine: MachineRecordings, folder: Path) -> list[dict[str, An
     Of one motion, its own are on stretches held out. The others' are with nothing refitted, and without the rows in
     which a motion's own diagnosis found that the tip touches something; those of several together, too.
     """
-    called = {folder_of([name]): name for name in machine.recordings}
-    reports = {}
-    for file in sorted(folder.glob(f"*/{REPORT}")):
-        parts = file.parent.name.split("+")
-        if called.keys() >= {*parts}:  # what was of a motion that is not there any more tells nothing
-            reports[tuple(called[part] for part in parts)] = read_report(file)
+    folders = diagnosed_motions(machine, folder)
+    reports = {motions: read_report(each / REPORT) for motions, each in folders.items() if (each / REPORT).exists()}
     left_out = {motions: report["held_out"].get("without") or [] for motions, report in reports.items()}
     recordings = {name: read(path) for name, path in machine.recordings.items()}
     return [_measured(machine.name, motions, report, recordings, left_out) for motions, report in reports.items()]

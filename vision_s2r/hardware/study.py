@@ -17,7 +17,15 @@ from vision_s2r.fit.case import NOMINAL, Values
 from vision_s2r.fit.joint.case import JointCase
 from vision_s2r.fit.joint.free_run import free_run, gap_errors
 from vision_s2r.hardware import added, added_pictures, bam
-from vision_s2r.hardware.arms import REPORT, arm_table, diagnose_arm_of, folder_of, is_arm, measured_arms
+from vision_s2r.hardware.arms import (
+    REPORT,
+    arm_table,
+    diagnose_arm_of,
+    diagnosed_motions,
+    folder_of,
+    is_arm,
+    measured_arms,
+)
 from vision_s2r.hardware.config import HardwareConfig, check
 from vision_s2r.hardware.machines import MachineRecordings, machines
 from vision_s2r.hardware.sensors import sensor_table
@@ -68,10 +76,9 @@ def study(cfg: HardwareConfig) -> list[Path]:
             _write(folder / "measured.json", _measured(machine, motions, folder, cfg.jobs))
         if len(machine.recordings) == 1 and not (folder / "left_out.json").exists():
             _write(folder / "left_out.json", _left_out(machine.recordings[motions[0]], folder, cfg.jobs))
-        if cfg.added and isinstance(recording, JointRecording):
-            _measure_added(
-                added.with_effects(_together(machine, motions), read_report(folder / REPORT)), folder, cfg.jobs
-            )
+        if cfg.added:
+            together = _together(machine, motions)
+            _measure_added(added.with_effects(together, read_report(folder / REPORT)), folder, cfg.jobs)
     return _tables(found, out)
 
 
@@ -107,9 +114,9 @@ def _tables(found: list[MachineRecordings], out: Path) -> list[Path]:
     ]
     tables |= {"arms": arm_table(arms)} if arms else {}
     with_effects = {
-        f"{machine.name}, {folder.name}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
+        f"{machine.name}, {' and '.join(motions)}": [_read(file) for file in sorted(folder.glob(f"added/*/{ADDED}"))]
         for machine in found
-        for folder in sorted((out / "reports" / machine.name).glob("*"))
+        for motions, folder in diagnosed_motions(machine, out / "reports" / machine.name).items()
     }
     tables |= {"added": added_table(with_effects)} if any(with_effects.values()) else {}
     for folder, measured in done.items():

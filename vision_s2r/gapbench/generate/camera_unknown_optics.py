@@ -282,7 +282,7 @@ def astigmatism(strength: float, rng: Rng) -> tuple[str, Stage]:
         smeared = np.zeros_like(canvas)
         for k in range(count):
             turn = reach * away * (2 * k / (count - 1) - 1)
-            u, v = x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
+            u, v = _turned(x, y, turn)
             smeared += warp(canvas, geometry.cx + u, geometry.cy + v, geometry, "linear")
         return smeared / count
 
@@ -313,11 +313,12 @@ def turning_camera(strength: float, rng: Rng) -> tuple[str, Stage]:
     """The camera turns about a point of the picture while the shutter is open, as a wrist does."""
     place, reach = rng.uniform(-0.5, 0.5, 2), 0.16 * strength
 
-    def turned(x: Array, y: Array, part: float) -> tuple[Array, Array]:
-        along, across = math.cos(reach * part), math.sin(reach * part)
-        return x * along - y * across, x * across + y * along
+    return "optics", _moving(place, lambda x, y, part: _turned(x, y, reach * part))
 
-    return "optics", _moving(place, turned)
+
+def _turned(x: Array, y: Array, turn: Array | float) -> tuple[Array, Array]:
+    """Places turned about the origin by an angle, rad."""
+    return x * np.cos(turn) - y * np.sin(turn), x * np.sin(turn) + y * np.cos(turn)
 
 
 def _moving(place: Array, to: Callable[[Array, Array, float], tuple[Array, Array]]) -> Stage:
